@@ -1,0 +1,13 @@
+//! Text and SVG art as area lights.
+//!
+//! ```text
+//! font + text ─┐                                   ┌─ CPU ─┐
+//! SVG ─────────┼─ Shape ─ AreaLight ─ Scene ─ Tree ┤       ├─ Film ─ PNG, EXR
+//! path data ───┘                                   └─ GPU ─┘
+//! ```
+
+pub mod backend;
+pub mod film;
+pub mod light;
+pub mod scene;
+pub mod shape;

@@ -1,0 +1,61 @@
+//! [`AreaLight`]: shapes with emission, placed in the world.
+
+use crate::shape::Shape;
+use glam::{DMat3, DVec2, DVec3};
+
+/// Where a light stands: the affine map from light space to world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// World image of the light-space origin, metres.
+    pub origin: DVec3,
+    /// World image of the light-space x axis; its length is the scale.
+    pub x: DVec3,
+    /// World image of the light-space y axis.
+    pub y: DVec3,
+}
+
+impl Placement {
+    /// `world = T·Rz·Ry·Rx·S`, rotation in degrees, scale per axis of light space.
+    ///
+    /// A negative scale mirrors the shape and leaves the lit side where the rotation puts it: callers mirror
+    /// the shape ([`Shape::transformed`]) and pass magnitudes here.
+    pub fn new(position: DVec3, rotation_degrees: DVec3, scale: DVec2) -> Self {
+        let r = rotation_degrees * (core::f64::consts::PI / 180.0);
+        let m = DMat3::from_rotation_z(r.z) * DMat3::from_rotation_y(r.y) * DMat3::from_rotation_x(r.x);
+        Self { origin: position, x: m.x_axis * scale.x, y: m.y_axis * scale.y }
+    }
+
+    /// The world point of a light-space point.
+    pub fn point(&self, p: DVec2) -> DVec3 {
+        self.origin + self.x * p.x + self.y * p.y
+    }
+
+    /// `x × y`: points to the lit side; its length is the factor from light-space to world area.
+    pub fn normal(&self) -> DVec3 {
+        self.x.cross(self.y)
+    }
+}
+
+/// One emission: a shape that sends out one radiance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    /// The emitting region, light space.
+    pub shape: Shape,
+    /// Radiance L, W·sr⁻¹·m⁻², linear Rec.709, already multiplied by `opacity`.
+    pub radiance: DVec3,
+    /// How much of what lies behind the layer it hides from the camera, 0 to 1.
+    pub opacity: f64,
+}
+
+/// A flat light: layers that add up, in one plane, facing `x × y`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AreaLight {
+    /// What messages call it: the text, the SVG file, or its number in the scene.
+    pub name: String,
+    /// The emissions. Overlapping layers add their radiance.
+    pub layers: Vec<Layer>,
+    /// Light space to world space.
+    pub placement: Placement,
+    /// Whether the back emits as well.
+    pub two_sided: bool,
+}

@@ -1,0 +1,288 @@
+//! `CubicBez`, `Contour`, `Shape`: closed cubic Bézier contours in light space.
+//!
+//! Light space is 2-D, x right, y up, metres, as a reader in front of the light sees it. Outer contours run
+//! counter-clockwise, holes clockwise; the winding number is 0 or 1 everywhere. A [`Shape`] that comes out of
+//! [`crate::outline`] keeps that invariant; [`Shape::from_contours`] checks all of it but the winding number.
+
+use glam::{DAffine2, DVec2};
+
+/// A cubic Bézier segment with control points `p0..p3`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CubicBez {
+    /// Start point (t = 0).
+    pub p0: DVec2,
+    /// First handle.
+    pub p1: DVec2,
+    /// Second handle.
+    pub p2: DVec2,
+    /// End point (t = 1).
+    pub p3: DVec2,
+}
+
+impl CubicBez {
+    /// A cubic from its control points.
+    pub const fn new(p0: DVec2, p1: DVec2, p2: DVec2, p3: DVec2) -> Self {
+        Self { p0, p1, p2, p3 }
+    }
+
+    /// The straight segment `a → b`, handles at its thirds.
+    pub fn line(a: DVec2, b: DVec2) -> Self {
+        Self::new(a, a.lerp(b, 1.0 / 3.0), a.lerp(b, 2.0 / 3.0), b)
+    }
+
+    /// A quadratic `a, c, b` raised to a cubic.
+    pub fn quad(a: DVec2, c: DVec2, b: DVec2) -> Self {
+        Self::new(a, a.lerp(c, 2.0 / 3.0), b.lerp(c, 2.0 / 3.0), b)
+    }
+
+    /// The point at `t` (Bernstein form).
+    pub fn eval(&self, t: f64) -> DVec2 {
+        let s = 1.0 - t;
+        self.p0 * (s * s * s) + self.p1 * (3.0 * s * s * t) + self.p2 * (3.0 * s * t * t) + self.p3 * (t * t * t)
+    }
+
+    /// The derivative with respect to `t`.
+    pub fn tangent(&self, t: f64) -> DVec2 {
+        let s = 1.0 - t;
+        ((self.p1 - self.p0) * (s * s) + (self.p2 - self.p1) * (2.0 * s * t) + (self.p3 - self.p2) * (t * t)) * 3.0
+    }
+
+    /// The part over `[t0, t1]` (blossoming); end points at 0 and 1 are kept to the bit.
+    pub fn subsegment(&self, t0: f64, t1: f64) -> Self {
+        let a = if t0 == 0.0 { self.p0 } else { self.eval(t0) };
+        let b = if t1 == 1.0 { self.p3 } else { self.eval(t1) };
+        let h = (t1 - t0) / 3.0;
+        Self::new(a, a + self.tangent(t0) * h, b - self.tangent(t1) * h, b)
+    }
+
+    /// Contribution ½∫ p × dp to the signed area (counter-clockwise positive).
+    pub fn signed_area(&self) -> f64 {
+        let [p0, p1, p2, p3] = [self.p0, self.p1, self.p2, self.p3];
+        (6.0 * p0.perp_dot(p1)
+            + 3.0 * p0.perp_dot(p2)
+            + p0.perp_dot(p3)
+            + 3.0 * p1.perp_dot(p2)
+            + 3.0 * p1.perp_dot(p3)
+            + 6.0 * p2.perp_dot(p3))
+            / 20.0
+    }
+
+    /// The four control points.
+    pub const fn points(&self) -> [DVec2; 4] {
+        [self.p0, self.p1, self.p2, self.p3]
+    }
+
+    /// The same curve run backwards.
+    pub const fn reversed(&self) -> Self {
+        Self::new(self.p3, self.p2, self.p1, self.p0)
+    }
+
+    /// Whether the handles lie on the chord to within `tolerance` (metres), so that the curve is its chord.
+    pub fn is_line(&self, tolerance: f64) -> bool {
+        let chord = self.p3 - self.p0;
+        let length = chord.length();
+        let off = |p: DVec2| {
+            let d = p - self.p0;
+            if length <= f64::MIN_POSITIVE {
+                return d.length();
+            }
+            let along = d.dot(chord) / length;
+            let beyond = (-along).max(along - length).max(0.0);
+            (chord.perp_dot(d) / length).abs().max(beyond)
+        };
+        off(self.p1) <= tolerance && off(self.p2) <= tolerance
+    }
+}
+
+/// A closed loop of cubics; each starts at the bit-identical point where the one before it ends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contour {
+    curves: Vec<CubicBez>,
+}
+
+impl Contour {
+    /// The cubics, in order.
+    pub fn curves(&self) -> &[CubicBez] {
+        &self.curves
+    }
+
+    /// Signed area in m²: positive for an outer contour, negative for a hole.
+    pub fn signed_area(&self) -> f64 {
+        // About the first point: far from the origin the sum would cancel.
+        let o = self.curves[0].p0;
+        let area = |c: &CubicBez| CubicBez::new(c.p0 - o, c.p1 - o, c.p2 - o, c.p3 - o).signed_area();
+        self.curves.iter().map(area).sum()
+    }
+
+    /// Whether the contour runs clockwise, i.e. cuts a hole.
+    pub fn is_hole(&self) -> bool {
+        self.signed_area() < 0.0
+    }
+
+    /// Bounds of the control points.
+    pub fn bounds(&self) -> Bounds {
+        Bounds::of(self.curves.iter().flat_map(|c| c.points()))
+    }
+}
+
+/// An axis-aligned box in light space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Lower left corner.
+    pub min: DVec2,
+    /// Upper right corner.
+    pub max: DVec2,
+}
+
+impl Bounds {
+    /// The box that holds nothing (min > max).
+    pub const EMPTY: Self = Self { min: DVec2::INFINITY, max: DVec2::NEG_INFINITY };
+
+    /// The smallest box around `points`.
+    pub fn of(points: impl IntoIterator<Item = DVec2>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |b, p| Self { min: b.min.min(p), max: b.max.max(p) })
+    }
+
+    /// The smallest box around both.
+    pub fn union(self, other: Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Whether the two boxes share a point.
+    pub fn overlaps(self, other: Self) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
+    /// Width and height in metres.
+    pub fn size(self) -> DVec2 {
+        self.max - self.min
+    }
+
+    /// The middle.
+    pub fn center(self) -> DVec2 {
+        (self.min + self.max) * 0.5
+    }
+}
+
+/// Why contours cannot make a [`Shape`].
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum ShapeError {
+    /// A control point is NaN or infinite.
+    #[error("contour {contour}, curve {curve}: control point ({x}, {y}) is not finite")]
+    NotFinite {
+        /// Index of the contour.
+        contour: usize,
+        /// Index of the curve in the contour.
+        curve: usize,
+        /// x of the control point.
+        x: f64,
+        /// y of the control point.
+        y: f64,
+    },
+    /// A curve does not start where the one before it ends.
+    #[error("contour {contour} is not closed: curve {curve} starts at ({x}, {y}), not where the one before it ends")]
+    NotClosed {
+        /// Index of the contour.
+        contour: usize,
+        /// Index of the curve in the contour.
+        curve: usize,
+        /// x of the start point.
+        x: f64,
+        /// y of the start point.
+        y: f64,
+    },
+    /// A contour without curves.
+    #[error("contour {contour} has no curves")]
+    Empty {
+        /// Index of the contour.
+        contour: usize,
+    },
+}
+
+/// A set of closed contours whose winding number is 0 or 1 everywhere.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shape {
+    contours: Vec<Contour>,
+}
+
+impl Shape {
+    /// Takes contours that are already oriented and free of overlap (holes clockwise), and checks that they
+    /// are finite and closed. For paths that may overlap use [`crate::outline`].
+    pub fn from_contours(contours: Vec<Vec<CubicBez>>) -> Result<Self, ShapeError> {
+        for (k, curves) in contours.iter().enumerate() {
+            let Some(mut end) = curves.last().map(|c| c.p3) else {
+                return Err(ShapeError::Empty { contour: k });
+            };
+            for (i, c) in curves.iter().enumerate() {
+                if let Some(p) = c.points().into_iter().find(|p| !p.is_finite()) {
+                    return Err(ShapeError::NotFinite { contour: k, curve: i, x: p.x, y: p.y });
+                }
+                if c.p0 != end {
+                    return Err(ShapeError::NotClosed { contour: k, curve: i, x: c.p0.x, y: c.p0.y });
+                }
+                end = c.p3;
+            }
+        }
+        Ok(Self { contours: contours.into_iter().map(|curves| Contour { curves }).collect() })
+    }
+
+    /// The axis-aligned rectangle from `min` to `max`.
+    pub fn rectangle(min: DVec2, max: DVec2) -> Self {
+        let corner = [min, DVec2::new(max.x, min.y), max, DVec2::new(min.x, max.y)];
+        let curves = (0..4).map(|i| CubicBez::line(corner[i], corner[(i + 1) % 4])).collect();
+        Self { contours: vec![Contour { curves }] }
+    }
+
+    /// The contours.
+    pub fn contours(&self) -> &[Contour] {
+        &self.contours
+    }
+
+    /// Whether there is no contour.
+    pub fn is_empty(&self) -> bool {
+        self.contours.is_empty()
+    }
+
+    /// All curves of all contours.
+    pub fn curves(&self) -> impl Iterator<Item = &CubicBez> {
+        self.contours.iter().flat_map(|c| c.curves())
+    }
+
+    /// Area in m² (holes subtracted).
+    pub fn area(&self) -> f64 {
+        self.contours.iter().map(Contour::signed_area).sum()
+    }
+
+    /// Bounds of the control points; [`Bounds::EMPTY`] for an empty shape.
+    pub fn bounds(&self) -> Bounds {
+        self.contours.iter().map(Contour::bounds).fold(Bounds::EMPTY, Bounds::union)
+    }
+
+    /// The shape under an affine map of the plane; a mirroring map turns the contours round so that outer
+    /// contours stay counter-clockwise.
+    #[must_use]
+    pub fn transformed(&self, map: DAffine2) -> Self {
+        let mirrored = map.matrix2.determinant() < 0.0;
+        let contour = |c: &Contour| {
+            let mut curves: Vec<_> = c
+                .curves
+                .iter()
+                .map(|c| {
+                    let [p0, p1, p2, p3] = c.points().map(|p| map.transform_point2(p));
+                    let c = CubicBez::new(p0, p1, p2, p3);
+                    if mirrored { c.reversed() } else { c }
+                })
+                .collect();
+            if mirrored {
+                curves.reverse();
+            }
+            Contour { curves }
+        };
+        Self { contours: self.contours.iter().map(contour).collect() }
+    }
+
+    /// Adds the contours of `other`, which must not overlap this shape.
+    pub fn append(&mut self, other: Self) {
+        self.contours.extend(other.contours);
+    }
+}
