@@ -8,6 +8,7 @@
 
 pub mod backend;
 pub mod film;
+pub mod kernel;
 pub mod light;
 pub mod scene;
 pub mod shape;

@@ -1,5 +1,7 @@
 //! Backends: the same request ([`Settings`]) and the same answer ([`Rendering`]) on CPU and GPU.
 
+pub mod exact;
+
 use crate::film::Film;
 use crate::scene::Scene;
 
