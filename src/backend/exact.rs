@@ -20,8 +20,8 @@ const QUADRATURE_DEPTH: u32 = 50;
 pub struct ExactMap {
     /// Images of the light-space x axis, y axis and origin.
     pub c: [DVec3; 3],
-    /// Heights of the same three over the surface's true horizon, where that clips as well.
-    pub horizon: Option<[f64; 3]>,
+    /// Normal of the surface's true horizon in cosine space (the third row of M), where that clips as well.
+    pub horizon: Option<DVec3>,
 }
 
 /// The one-sided clamped-cosine integral E of `shape` over the half-space z > 0 of cosine space (and above the true horizon,
@@ -33,8 +33,10 @@ pub fn exact_integral(map: &ExactMap, shape: &Shape) -> f64 {
     if depth_sign(map.c) <= 0.0 {
         return 0.0;
     }
-    let mut heights = vec![map.c.map(|c| c.z)];
-    heights.extend(map.horizon.filter(|&h| !is_lobe_horizon(map, h)));
+    // A true horizon that is z = 0 itself must not be closed twice.
+    let apart = |n: &DVec3| n.x.hypot(n.y) > 1e-13 * n.z.abs();
+    let normals: Vec<DVec3> = [Some(DVec3::Z), map.horizon.filter(apart)].into_iter().flatten().collect();
+    let heights: Vec<_> = normals.iter().map(|n| map.c.map(|c| c.dot(*n))).collect();
     let mut crossings: Vec<Vec<Crossing>> = vec![Vec::new(); heights.len()];
     let mut sum = 0.0;
     for contour in shape.contours() {
@@ -43,7 +45,7 @@ pub fn exact_integral(map: &ExactMap, shape: &Shape) -> f64 {
         }
     }
     for (i, list) in crossings.iter_mut().enumerate() {
-        sum += closing_edges(map, list, (heights.len() == 2).then(|| heights[1 - i]));
+        sum += closing_edges(list, (normals.len() == 2).then(|| normals[1 - i]));
     }
     sum / core::f64::consts::TAU
 }
@@ -257,7 +259,7 @@ fn kronrod(path: &Path, a: f64, b: f64) -> (f64, f64) {
 
 /// Closes the contour along a horizon: its crossings in order along the line, each interval with the winding that
 /// the crossings before it leave, kept to where the other horizon's height is positive.
-fn closing_edges(map: &ExactMap, crossings: &mut [Crossing], other: Option<[f64; 3]>) -> f64 {
+fn closing_edges(crossings: &mut [Crossing], other: Option<DVec3>) -> f64 {
     let [Some(first), Some(last)] = [crossings.first(), crossings.last()] else { return 0.0 };
     // The line's direction: from the longest difference, which needs no division.
     let from = first.point;
@@ -273,17 +275,17 @@ fn closing_edges(map: &ExactMap, crossings: &mut [Crossing], other: Option<[f64;
         // A contour that came up `n` times more often than it went down so far is closed by going back.
         winding -= pair[0].direction;
         if winding != 0.0 {
-            sum += winding * clipped_chord(map, pair[0].point, pair[1].point, other);
+            sum += winding * clipped_chord(pair[0].point, pair[1].point, other);
         }
     }
     sum
 }
 
 /// θ·(b×a)_z/|b×a| of the part of the chord a → b above the `other` horizon.
-fn clipped_chord(map: &ExactMap, a: DVec3, b: DVec3, other: Option<[f64; 3]>) -> f64 {
+fn clipped_chord(a: DVec3, b: DVec3, other: Option<DVec3>) -> f64 {
     let (mut a, mut b) = (a, b);
     if let Some(other) = other {
-        let (ha, hb) = (height_in_space(map, other, a), height_in_space(map, other, b));
+        let (ha, hb) = (other.dot(a), other.dot(b));
         match (ha > 0.0, hb > 0.0) {
             (true, true) => {}
             (false, false) => return 0.0,
@@ -294,18 +296,4 @@ fn clipped_chord(map: &ExactMap, a: DVec3, b: DVec3, other: Option<[f64; 3]>) ->
     let cross = (b - a).cross(a);
     let length = cross.length();
     if length > 0.0 { length.atan2(a.dot(b)) * cross.z / length } else { 0.0 }
-}
-
-/// Whether a horizon is z = 0 of cosine space itself, to rounding: then it must not be closed twice.
-fn is_lobe_horizon(map: &ExactMap, heights: [f64; 3]) -> bool {
-    let over = |p: DVec3| height_in_space(map, heights, p);
-    over(DVec3::X).hypot(over(DVec3::Y)) <= 1e-13 * over(DVec3::Z).abs()
-}
-
-/// The height over a horizon, given by its values at the map's three vectors, of a point of cosine space: the
-/// linear form that takes those values there.
-fn height_in_space(map: &ExactMap, heights: [f64; 3], p: DVec3) -> f64 {
-    let [c0, c1, c2] = map.c;
-    let determinant = c0.dot(c1.cross(c2));
-    (heights[0] * p.dot(c1.cross(c2)) + heights[1] * p.dot(c2.cross(c0)) + heights[2] * p.dot(c0.cross(c1))) / determinant
 }

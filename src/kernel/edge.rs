@@ -1,8 +1,7 @@
 //! The clamped-cosine integral along a straight edge. Twin: `shaders/edge.wgsl`.
 
-use super::map::CosineMap;
+use super::map::{CosineMap, PlanePoint};
 use core::f32::consts::PI;
-use glam::Vec2;
 
 /// θ / sin θ for x = cos θ in \[0, 1\]: minimax polynomial, relative error 7e-8 (2.2e-7 as evaluated in f32).
 #[inline(always)]
@@ -31,10 +30,11 @@ pub fn angle_over_sine(x: f32) -> f32 {
 /// The cross product comes from light-space differences, b×a = N'·(u ⟂ a) + u.x·w0 + u.y·w1 with u = b − a.
 /// Absolute error about 4e-7 where the edge keeps off the origin.
 #[inline(always)]
-pub fn edge_integral(map: &CosineMap, a: Vec2, b: Vec2) -> f32 {
-    let u = b - a;
-    let cross = map.normal * (u.x * a.y - u.y * a.x) + map.w0 * u.x + map.w1 * u.y;
-    let (pa, pb) = (map.point(a), map.point(b));
+pub fn edge_integral<P: PlanePoint>(map: &CosineMap, a: P, b: P) -> f32 {
+    let turn = (b - a).perp_dot(a);
+    let u = (b - a).round();
+    let cross = map.normal * turn + map.w0 * u.x + map.w1 * u.y;
+    let (pa, pb) = (map.point(a.round()), map.point(b.round()));
     let inv = 1.0 / (pa.length_squared() * pb.length_squared()).sqrt();
     let x = (pa.dot(pb) * inv).clamp(-1.0, 1.0);
     let near = angle_over_sine(x.abs()) * inv;

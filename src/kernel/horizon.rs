@@ -5,8 +5,8 @@
 //! planes are in use: z = 0 of cosine space, where the clamped cosine ends, and the true horizon of the
 //! surface, which a tilted lobe dips below.
 
-use super::map::CosineMap;
-use glam::{Vec2, Vec3};
+use super::map::{CosineMap, PlanePoint};
+use glam::Vec3;
 
 /// One clipping plane, for one map.
 #[derive(Clone, Copy, Debug)]
@@ -76,8 +76,14 @@ impl Horizon {
     /// Height of a point relative to the foot. Above means > 0; every decision about a shared end point is this
     /// very expression, so that crossings pair.
     #[inline(always)]
-    pub fn height(&self, q: Vec2) -> f32 {
-        self.height.x * q.x + self.height.y * q.y + self.height.z
+    pub fn height<P: PlanePoint>(&self, q: P) -> P::Scalar {
+        q.form(self.height)
+    }
+
+    /// Whether a point relative to the foot is above.
+    #[inline(always)]
+    pub fn is_above<P: PlanePoint>(&self, q: P) -> bool {
+        self.height(q) > P::Scalar::from(0.0)
     }
 
     /// What a crossing at the image point `p` adds (times 2π) where the contour comes up; where it goes down,

@@ -1,9 +1,13 @@
 //! The affine map from a light's plane to cosine space. Twin: `shaders/map.wgsl`.
 
+use core::ops::{Add, Div, Mul, Sub};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// How far outside the tree's square \[−1, 1\]² the origin of the map may lie.
 const FOOT_LIMIT: f64 = 1.5;
+/// Distance from the light's plane over its half-width, in cosine space, below which coordinates need their low
+/// parts: rounding by 2⁻²⁵ turns an edge by 2⁻²⁵/CLOSE of a radian.
+const CLOSE: f32 = 1.0 / 256.0;
 
 /// The map p = c0·(x − foot.x) + c1·(y − foot.y) + c2 from tree space to cosine space, at one shading point.
 ///
@@ -30,6 +34,77 @@ pub struct CosineMap {
     pub depth: f32,
     /// c0·c0, c0·c1, c1·c1.
     pub gram: [f32; 3],
+}
+
+/// A point of the light's plane relative to the map's foot: [`Vec2`] as a rule, [`DVec2`] where the light is close
+/// ([`CosineMap::is_close`]) and f32 would turn a long edge about the foot. The formulas are the same.
+pub trait PlanePoint: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Self::Scalar, Output = Self> {
+    /// f32 or f64.
+    type Scalar: Copy
+        + PartialOrd
+        + From<f32>
+        + Add<Output = Self::Scalar>
+        + Sub<Output = Self::Scalar>
+        + Mul<Output = Self::Scalar>
+        + Div<Output = Self::Scalar>;
+
+    /// The point `high` + `low` relative to `foot`.
+    fn from_foot(high: Vec2, low: Vec2, foot: Vec2) -> Self;
+    /// x·other.y − y·other.x.
+    fn perp_dot(self, other: Self) -> f32;
+    /// h.x·x + h.y·y + h.z.
+    fn form(self, h: Vec3) -> Self::Scalar;
+    /// To f32.
+    fn round(self) -> Vec2;
+}
+
+impl PlanePoint for Vec2 {
+    type Scalar = f32;
+
+    #[inline(always)]
+    fn from_foot(high: Vec2, _low: Vec2, foot: Vec2) -> Self {
+        high - foot
+    }
+
+    #[inline(always)]
+    fn perp_dot(self, other: Self) -> f32 {
+        Self::perp_dot(self, other)
+    }
+
+    #[inline(always)]
+    fn form(self, h: Vec3) -> f32 {
+        h.x * self.x + h.y * self.y + h.z
+    }
+
+    #[inline(always)]
+    fn round(self) -> Vec2 {
+        self
+    }
+}
+
+impl PlanePoint for DVec2 {
+    type Scalar = f64;
+
+    #[inline(always)]
+    fn from_foot(high: Vec2, low: Vec2, foot: Vec2) -> Self {
+        (high.as_dvec2() + low.as_dvec2()) - foot.as_dvec2()
+    }
+
+    #[inline(always)]
+    fn perp_dot(self, other: Self) -> f32 {
+        Self::perp_dot(self, other) as f32
+    }
+
+    #[inline(always)]
+    fn form(self, h: Vec3) -> f64 {
+        let h = h.as_dvec3();
+        h.x * self.x + h.y * self.y + h.z
+    }
+
+    #[inline(always)]
+    fn round(self) -> Vec2 {
+        self.as_vec2()
+    }
 }
 
 impl CosineMap {
@@ -71,6 +146,13 @@ impl CosineMap {
             depth: depth as f32,
             gram: [g00 as f32, g01 as f32, g11 as f32],
         })
+    }
+
+    /// Whether the light comes so near the origin, or the lobe's footprint on it is so small, that the rounding of the
+    /// light's coordinates to f32 would show.
+    #[inline(always)]
+    pub fn is_close(&self) -> bool {
+        self.c2.length_squared() < CLOSE * CLOSE * self.gram[0].max(self.gram[2])
     }
 
     /// The image of a point given relative to the foot.

@@ -7,10 +7,10 @@
 
 use super::edge::edge_integral;
 use super::horizon::Horizon;
-use super::map::CosineMap;
+use super::map::{CosineMap, PlanePoint};
 use bytemuck::{Pod, Zeroable};
 use core::f32::consts::{FRAC_1_PI, TAU};
-use glam::{Vec2, Vec3};
+use glam::{DVec2, Vec2, Vec3};
 
 /// Bits of [`Node::link`] that hold the index; the rest is the kind.
 pub const LINK_MASK: u32 = (1 << 30) - 1;
@@ -58,6 +58,31 @@ pub struct Handles {
     pub p1: Vec2,
     /// Second handle.
     pub p2: Vec2,
+    /// What f32 lost of the first handle.
+    pub low1: Vec2,
+    /// What f32 lost of the second handle.
+    pub low2: Vec2,
+}
+
+/// What f32 lost of a node's chord ends. Read only where a lobe's footprint on the light is so small that it shows.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct LowEnds {
+    /// Of [`Node::a`].
+    pub a: Vec2,
+    /// Of [`Node::b`].
+    pub b: Vec2,
+}
+
+/// The arrays of a tree.
+#[derive(Clone, Copy, Debug)]
+pub struct Nodes<'a> {
+    /// In pre-order.
+    pub nodes: &'a [Node],
+    /// One for each node.
+    pub low: &'a [LowEnds],
+    /// Of the cubic leaves.
+    pub handles: &'a [Handles],
 }
 
 /// What clips a light at one shading point.
@@ -154,11 +179,14 @@ struct Sums {
 
 /// The clamped-cosine integral of the light over the hemisphere that `clip` leaves, signed: positive in front of
 /// the light (map.depth > 0), negative behind. Nodes whose error bound is below `tolerance` are not refined.
-pub fn tree_integral(map: &CosineMap, clip: &Clip, nodes: &[Node], handles: &[Handles], tolerance: f32) -> Integral {
-    match clip {
-        Clip::None => walk(map, &[], nodes, handles, tolerance),
-        Clip::Lobe(horizon) => walk(map, core::slice::from_ref(horizon), nodes, handles, tolerance),
-        Clip::Both(horizons) => walk(map, horizons, nodes, handles, tolerance),
+pub fn tree_integral(map: &CosineMap, clip: &Clip, tree: Nodes<'_>, tolerance: f32) -> Integral {
+    match (clip, map.is_close()) {
+        (Clip::None, false) => walk::<Vec2>(map, &[], tree, tolerance),
+        (Clip::Lobe(horizon), false) => walk::<Vec2>(map, core::slice::from_ref(horizon), tree, tolerance),
+        (Clip::Both(horizons), false) => walk::<Vec2>(map, horizons, tree, tolerance),
+        (Clip::None, true) => walk::<DVec2>(map, &[], tree, tolerance),
+        (Clip::Lobe(horizon), true) => walk::<DVec2>(map, core::slice::from_ref(horizon), tree, tolerance),
+        (Clip::Both(horizons), true) => walk::<DVec2>(map, horizons, tree, tolerance),
     }
 }
 
@@ -188,7 +216,8 @@ fn side(horizons: &[Horizon], center: Vec2, half: Vec2) -> Side {
 }
 
 #[inline(always)]
-fn walk(map: &CosineMap, horizons: &[Horizon], nodes: &[Node], handles: &[Handles], tolerance: f32) -> Integral {
+fn walk<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], tree: Nodes<'_>, tolerance: f32) -> Integral {
+    let Nodes { nodes, low, handles } = tree;
     let mut sums = Sums::default();
     let mut visited = 0;
     let mut i = 0;
@@ -199,7 +228,7 @@ fn walk(map: &CosineMap, horizons: &[Horizon], nodes: &[Node], handles: &[Handle
         let index = (node.link & LINK_MASK) as usize;
         let skip = if kind <= RUN { index } else { i + 1 };
         let center = node.center - map.foot;
-        let (a, b) = (node.a - map.foot, node.b - map.foot);
+        let (a, b) = (P::from_foot(node.a, low[i].a, map.foot), P::from_foot(node.b, low[i].b, map.foot));
         let side = side(horizons, center, node.half);
         if let Side::Below(below) = side {
             if kind != CLUSTER && horizons.len() == 2 {
@@ -231,7 +260,7 @@ fn walk(map: &CosineMap, horizons: &[Horizon], nodes: &[Node], handles: &[Handle
             continue;
         }
         if kind == CUBIC {
-            visited += cubic_leaf(map, horizons, [a, b], handles[index], tolerance, &mut sums);
+            visited += cubic_leaf(map, horizons, [a, b], &handles[index], tolerance, &mut sums);
         }
         i += 1;
     }
@@ -241,39 +270,40 @@ fn walk(map: &CosineMap, horizons: &[Horizon], nodes: &[Node], handles: &[Handle
 /// A curve below one horizon still crosses the other: beyond the corner of the two lines, where each crossing
 /// adds the same, so that only the end points count.
 #[inline]
-fn far_crossing(other: &Horizon, a: Vec2, b: Vec2) -> f32 {
-    let (start, end) = (other.height(a) > 0.0, other.height(b) > 0.0);
-    if start == end {
-        return 0.0;
+fn far_crossing<P: PlanePoint>(other: &Horizon, a: P, b: P) -> f32 {
+    match (other.is_above(a), other.is_above(b)) {
+        (false, true) => other.far_crossing(),
+        (true, false) => -other.far_crossing(),
+        _ => 0.0,
     }
-    if end { other.far_crossing() } else { -other.far_crossing() }
 }
 
 /// The edge's part above all horizons, with the closing terms of its crossings.
-fn cut_edge(map: &CosineMap, horizons: &[Horizon], a: Vec2, b: Vec2) -> f32 {
+fn cut_edge<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], a: P, b: P) -> f32 {
+    let (zero, one) = (P::Scalar::from(0.0), P::Scalar::from(1.0));
     let mut sum = 0.0;
-    let (mut from, mut to) = (0.0_f32, 1.0_f32);
+    let (mut from, mut to) = (zero, one);
     for h in horizons {
         let (ha, hb) = (h.height(a), h.height(b));
-        match (ha > 0.0, hb > 0.0) {
+        match (ha > zero, hb > zero) {
             (true, true) => {}
-            (false, false) => to = f32::NEG_INFINITY,
+            (false, false) => to = zero,
             (start, _) => {
                 let t = ha / (ha - hb);
-                let closing = h.crossing(map.point(a + (b - a) * t));
+                let closing = h.crossing(map.point((a + (b - a) * t).round()));
                 if start {
                     sum -= closing;
-                    to = to.min(t);
+                    to = if t < to { t } else { to };
                 } else {
                     sum += closing;
-                    from = from.max(t);
+                    from = if t > from { t } else { from };
                 }
             }
         }
     }
     if from < to {
-        let start = if from == 0.0 { a } else { a + (b - a) * from };
-        let end = if to == 1.0 { b } else { a + (b - a) * to };
+        let start = if from == zero { a } else { a + (b - a) * from };
+        let end = if to == one { b } else { a + (b - a) * to };
         sum += edge_integral(map, start, end);
     }
     sum
@@ -282,31 +312,35 @@ fn cut_edge(map: &CosineMap, horizons: &[Horizon], a: Vec2, b: Vec2) -> f32 {
 /// Integrates a cubic by halving it where the bound asks for it: chord plus the sliver's area times the kernel
 /// at the sliver's centroid (0.4 of the sagitta off the chord). Returns the pieces visited.
 #[inline(never)]
-fn cubic_leaf(
+fn cubic_leaf<P: PlanePoint>(
     map: &CosineMap,
     horizons: &[Horizon],
-    ends: [Vec2; 2],
-    handles: Handles,
+    ends: [P; 2],
+    handles: &Handles,
     tolerance: f32,
     sums: &mut Sums,
 ) -> u32 {
     let [p0, p3] = ends;
-    let (p1, p2) = (handles.p1 - map.foot, handles.p2 - map.foot);
+    let p1 = P::from_foot(handles.p1, handles.low1, map.foot);
+    let p2 = P::from_foot(handles.p2, handles.low2, map.foot);
+    let scalar = P::Scalar::from;
     // The first halving is certain: the whole leaf has just been refused. Piece `index` of 2^level.
     let (mut level, mut index, mut visited) = (1_u32, 0_u32, 0);
     let (d0, d1, d2) = (p1 - p0, p2 - p1, p3 - p2);
+    let (e0, e1) = (d1 - d0, d2 - d1);
     let eval = |t: f32| {
-        let s = 1.0 - t;
+        let (s, t) = (scalar(1.0 - t), scalar(t));
+        let three = scalar(3.0);
         // As displacements from the nearer end, which keeps the ends' digits.
-        if t < 0.5 {
-            p0 + (d0 * 3.0 + ((d1 - d0) * 3.0 + ((d2 - d1) - (d1 - d0)) * t) * t) * t
+        if t < s {
+            p0 + (d0 * three + (e0 * three + (e1 - e0) * t) * t) * t
         } else {
-            p3 - (d2 * 3.0 - ((d2 - d1) * 3.0 - ((d2 - d1) - (d1 - d0)) * s) * s) * s
+            p3 - (d2 * three - (e1 * three - (e1 - e0) * s) * s) * s
         }
     };
     let tangent = |t: f32| {
         let s = 1.0 - t;
-        d0 * (s * s) + d1 * (2.0 * s * t) + d2 * (t * t)
+        d0 * scalar(s * s) + d1 * scalar(2.0 * s * t) + d2 * scalar(t * t)
     };
     let mut a = p0;
     loop {
@@ -315,13 +349,14 @@ fn cubic_leaf(
         let t0 = index as f32 * width;
         let t1 = t0 + width;
         let b = if index + 1 == 1 << level { p3 } else { eval(t1) };
-        let (h0, h1) = (tangent(t0) * width, tangent(t1) * width);
+        let (h0, h1) = (tangent(t0) * scalar(width), tangent(t1) * scalar(width));
         let chord = b - a;
         // Area between curve and chord, (3/20)·(2 h0×chord + 2 chord×h1 − h0×h1) … of the piece's own cubic.
         let q2 = chord - h1;
         let area = (3.0 * h0.perp_dot(q2) + 3.0 * h0.perp_dot(chord) + 6.0 * q2.perp_dot(chord)) / 20.0;
-        let low = a.min(b).min(a + h0).min(b - h1);
-        let high = a.max(b).max(a + h0).max(b - h1);
+        let hull = [a, a + h0, b - h1, b].map(P::round);
+        let low = hull[0].min(hull[1]).min(hull[2].min(hull[3]));
+        let high = hull[0].max(hull[1]).max(hull[2].max(hull[3]));
         let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
         let side = side(horizons, center, half);
         let expansion = Expansion::new(map, center, half);
@@ -345,9 +380,8 @@ fn cubic_leaf(
             Side::Above => {
                 sums.contour += edge_integral(map, a, b);
                 if accept {
-                    let middle = a + chord * 0.5;
-                    let bulge = (h0 - h1) * 0.375;
-                    let p = map.point(middle + bulge * 0.4);
+                    let centroid = a + chord * scalar(0.5) + (h0 - h1) * scalar(0.375 * 0.4);
+                    let p = map.point(centroid.round());
                     let inv2 = 1.0 / p.length_squared();
                     sums.region += map.depth * FRAC_1_PI * p.z * inv2 * inv2 * area;
                 }

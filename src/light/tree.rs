@@ -1,6 +1,6 @@
 //! Builds the chord–moment tree of a shape, in f64. The walk over it is [`crate::kernel::tree`].
 
-use crate::kernel::tree::{CLUSTER, CUBIC, Handles, LINK_MASK, Node, RUN, SEGMENT};
+use crate::kernel::tree::{CLUSTER, CUBIC, Handles, LINK_MASK, LowEnds, Node, Nodes, RUN, SEGMENT};
 use crate::shape::{Bounds, CubicBez, Shape};
 use glam::{DVec2, Vec2};
 
@@ -8,8 +8,8 @@ use glam::{DVec2, Vec2};
 const TURN_COS: f64 = 0.5;
 /// Halvings of one curve at build time.
 const SPLITS: u32 = 6;
-/// Handles nearer the chord than this (tree space, half an f32 step at 1) make a straight edge.
-const STRAIGHT: f64 = 3e-8;
+/// Handles nearer the chord than this (tree space) make a straight edge.
+const STRAIGHT: f64 = 1e-12;
 
 /// The tree of one shape.
 #[derive(Clone, Debug)]
@@ -20,6 +20,8 @@ pub struct Tree {
     pub half: f64,
     /// Nodes in pre-order.
     pub nodes: Vec<Node>,
+    /// What f32 lost of the nodes' chord ends, one for each node.
+    pub low: Vec<LowEnds>,
     /// Handles of the cubic leaves.
     pub handles: Vec<Handles>,
 }
@@ -27,7 +29,7 @@ pub struct Tree {
 /// Why a shape has no tree.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
 pub enum TreeError {
-    /// The shape is empty, or a point or a line to f32.
+    /// The shape is empty, a point or a line.
     #[error("the shape has no area")]
     NoArea,
     /// Too many nodes for a link.
@@ -44,7 +46,7 @@ impl Tree {
             return Err(TreeError::NoArea);
         }
         let center = bounds.center();
-        let to_tree = |p: DVec2| ((p - center) / half).as_vec2().as_dvec2();
+        let to_tree = |p: DVec2| (p - center) / half;
         let mut contours = Vec::new();
         for contour in shape.contours() {
             let curves = contour.curves().iter().map(|c| {
@@ -61,7 +63,7 @@ impl Tree {
         if groups.is_empty() {
             return Err(TreeError::NoArea);
         }
-        let mut tree = Self { center, half, nodes: Vec::new(), handles: Vec::new() };
+        let mut tree = Self { center, half, nodes: Vec::new(), low: Vec::new(), handles: Vec::new() };
         tree.emit_clusters(groups);
         if tree.nodes.len() > LINK_MASK as usize {
             return Err(TreeError::TooManyNodes(tree.nodes.len()));
@@ -69,9 +71,26 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Size of nodes and handles in bytes.
+    /// What the walk reads.
+    pub fn view(&self) -> Nodes<'_> {
+        Nodes { nodes: &self.nodes, low: &self.low, handles: &self.handles }
+    }
+
+    /// Size of the arrays in bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.nodes.as_slice()) + size_of_val(self.handles.as_slice())
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.low.as_slice()) + size_of_val(self.handles.as_slice())
+    }
+
+    /// Makes room for a node, to be filled when its children are there.
+    fn reserve(&mut self) -> usize {
+        self.nodes.push(bytemuck::Zeroable::zeroed());
+        self.low.push(bytemuck::Zeroable::zeroed());
+        self.nodes.len() - 1
+    }
+
+    fn fill(&mut self, at: usize, region: &Region, bounds: Bounds, [a, b]: [DVec2; 2], link: u32) {
+        self.nodes[at] = node(region, bounds, [a, b], link);
+        self.low[at] = LowEnds { a: lost(a), b: lost(b) };
     }
 
     fn emit_clusters(&mut self, mut groups: Vec<Group>) -> (Region, Bounds) {
@@ -100,40 +119,40 @@ impl Tree {
 
     /// A node without a chord around what `children` emits.
     fn emit_cluster(&mut self, children: impl FnOnce(&mut Self) -> [(Region, Bounds); 2]) -> (Region, Bounds) {
-        let at = self.nodes.len();
-        self.nodes.push(bytemuck::Zeroable::zeroed());
+        let at = self.reserve();
         let [(left, lb), (right, rb)] = children(self);
         let bounds = lb.union(rb);
         let mut region = left.plus(right);
         // Whole contours enclose a region of winding 0 or 1: its unsigned area is |m0|, not the sum of its parts'.
         region.area = region.m0.abs();
-        self.nodes[at] = node(&region, bounds, [DVec2::ZERO; 2], CLUSTER | self.nodes.len() as u32);
+        self.fill(at, &region, bounds, [DVec2::ZERO; 2], CLUSTER | self.nodes.len() as u32);
         (region, bounds)
     }
 
     fn emit_run(&mut self, run: Run) -> (Region, Bounds) {
         let (a, b) = run.ends();
-        let at = self.nodes.len();
+        let at = self.reserve();
         if let [arc] = run.arcs[..] {
             let region = Region::under_arc(&arc);
             let bounds = Bounds::of(arc.points());
             let link = if arc.is_line(STRAIGHT) {
                 SEGMENT
             } else {
-                self.handles.push(Handles { p1: arc.p1.as_vec2(), p2: arc.p2.as_vec2() });
+                let [p1, p2] = [arc.p1, arc.p2];
+                let handles = Handles { p1: p1.as_vec2(), p2: p2.as_vec2(), low1: lost(p1), low2: lost(p2) };
+                self.handles.push(handles);
                 CUBIC | (self.handles.len() - 1) as u32
             };
-            self.nodes.push(node(&region, bounds, [a, b], link));
+            self.fill(at, &region, bounds, [a, b], link);
             return (region, bounds);
         }
-        self.nodes.push(bytemuck::Zeroable::zeroed());
         let [first, second] = run.halves();
         let middle = first.ends().1;
         let (left, lb) = self.emit_run(first);
         let (right, rb) = self.emit_run(second);
         let bounds = lb.union(rb);
         let region = left.plus(right).plus(Region::of_triangle(a, middle, b));
-        self.nodes[at] = node(&region, bounds, [a, b], RUN | self.nodes.len() as u32);
+        self.fill(at, &region, bounds, [a, b], RUN | self.nodes.len() as u32);
         (region, bounds)
     }
 }
@@ -163,8 +182,7 @@ impl Run {
     /// Two runs of at least one arc. A lone arc is halved at its middle.
     fn halves(mut self) -> [Self; 2] {
         if let [arc] = self.arcs[..] {
-            let cut = round_ends([arc.subsegment(0.0, 0.5), arc.subsegment(0.5, 1.0)]);
-            return cut.map(|c| Self { arcs: vec![c] });
+            return halved(arc).map(|c| Self { arcs: vec![c] });
         }
         let (a, b) = self.ends();
         let n = self.arcs.len();
@@ -213,19 +231,19 @@ fn group_by_outer(contours: Vec<Run>) -> Vec<Group> {
     groups
 }
 
-/// Rounds the joint of two halves to f32, so that what is integrated is what is stored.
-fn round_ends([mut first, mut second]: [CubicBez; 2]) -> [CubicBez; 2] {
-    let round = |p: DVec2| p.as_vec2().as_dvec2();
-    first.p3 = round(first.p3);
+/// The two halves of a curve, sharing their joint to the bit.
+fn halved(curve: CubicBez) -> [CubicBez; 2] {
+    let [first, mut second] = [curve.subsegment(0.0, 0.5), curve.subsegment(0.5, 1.0)];
     second.p0 = first.p3;
-    for c in [&mut first, &mut second] {
-        c.p1 = round(c.p1);
-        c.p2 = round(c.p2);
-    }
     [first, second]
 }
 
-/// Halves a curve until each part turns little; drops parts that are a point to f32.
+/// What rounding to f32 takes from a point.
+fn lost(p: DVec2) -> Vec2 {
+    (p - p.as_vec2().as_dvec2()).as_vec2()
+}
+
+/// Halves a curve until each part turns little; drops parts that are a point.
 fn split_to_arcs(curve: CubicBez, depth: u32, out: &mut Vec<CubicBez>) {
     let [p0, p1, p2, p3] = curve.points();
     if p0 == p3 && p1 == p0 && p2 == p0 {
@@ -246,7 +264,7 @@ fn split_to_arcs(curve: CubicBez, depth: u32, out: &mut Vec<CubicBez>) {
         out.push(curve);
         return;
     }
-    for c in round_ends([curve.subsegment(0.0, 0.5), curve.subsegment(0.5, 1.0)]) {
+    for c in halved(curve) {
         split_to_arcs(c, depth - 1, out);
     }
 }
