@@ -6,15 +6,125 @@
 //! surface, which a tilted lobe dips below.
 
 use super::map::{CosineMap, PlanePoint};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
-/// One clipping plane, for one map.
+/// The height over a plane through the origin of cosine space, as a function of the light's plane.
+#[derive(Clone, Copy, Debug)]
+pub struct Height {
+    /// Height of the point q relative to the foot, up to a positive factor: form.x·q.x + form.y·q.y + form.z.
+    pub form: Vec3,
+    /// Rounding bound anywhere on the light: a box higher than this has every point of every curve in it above.
+    pub margin: f32,
+}
+
+/// Where a box lies with respect to a plane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Wholly above, and so is every end point in it.
+    Above,
+    /// Perhaps cut.
+    Cut,
+    /// Wholly below, and so is every end point in it.
+    Below,
+}
+
+impl Height {
+    /// From the heights of the map's c0, c1, c2, up to a common positive factor.
+    pub fn new(map: &CosineMap, form: Vec3) -> Self {
+        let reach = 1.0 + map.foot.abs();
+        let margin = 2e-6 * (form.x.abs() * reach.x + form.y.abs() * reach.y + form.z.abs());
+        Self { form, margin }
+    }
+
+    /// The height over z = 0.
+    pub fn lobe(map: &CosineMap) -> Self {
+        Self::new(map, Vec3::new(map.c0.z, map.c1.z, map.c2.z))
+    }
+
+    /// The height of a point relative to the foot. Above means > 0; every decision about a shared end point is this
+    /// very expression, so that crossings pair.
+    #[inline(always)]
+    pub fn at<P: PlanePoint>(&self, q: P) -> P::Scalar {
+        q.form(self.form)
+    }
+
+    /// Whether a point relative to the foot is above.
+    #[inline(always)]
+    pub fn is_above<P: PlanePoint>(&self, q: P) -> bool {
+        self.at(q) > P::Scalar::from(0.0)
+    }
+
+    /// Where a box lies, given by its centre relative to the foot and its half-extents.
+    #[inline(always)]
+    pub fn side(&self, center: Vec2, half: Vec2) -> Side {
+        let middle = self.at(center);
+        let reach = self.form.x.abs() * half.x + self.form.y.abs() * half.y + self.margin;
+        if middle - reach > 0.0 {
+            Side::Above
+        } else if middle + reach < 0.0 {
+            Side::Below
+        } else {
+            Side::Cut
+        }
+    }
+}
+
+/// The surface's true horizon in cosine space.
+#[derive(Clone, Copy, Debug)]
+pub struct TrueHorizon {
+    /// Its normal, up to a positive factor: the third row of M.
+    pub axis: Vec3,
+    /// The height over it; world-space, so exact.
+    pub height: Height,
+}
+
+/// What clips a light at one shading point.
+#[derive(Clone, Copy, Debug)]
+pub enum Clip {
+    /// The light is above every horizon.
+    None,
+    /// One plane cuts it.
+    One([Horizon; 1]),
+    /// z = 0 and the surface's true horizon both cut it.
+    Two([Horizon; 2]),
+}
+
+impl Clip {
+    /// What clips a light whose box has that centre relative to the foot and those half-extents; `None` where it is
+    /// wholly below a horizon. Nothing is computed for a plane that doesn't cut the box.
+    pub fn new(map: &CosineMap, truth: Option<&TrueHorizon>, center: Vec2, half: Vec2) -> Option<Self> {
+        let lobe = Height::lobe(map);
+        let side = lobe.side(center, half);
+        let Some(truth) = truth.filter(|t| t.stands_apart()) else {
+            return match side {
+                Side::Below => None,
+                Side::Above => Some(Self::None),
+                Side::Cut => Some(Self::One([Horizon::new(map, Vec3::Z, lobe)])),
+            };
+        };
+        match (side, truth.height.side(center, half)) {
+            (Side::Below, _) | (_, Side::Below) => None,
+            (Side::Above, Side::Above) => Some(Self::None),
+            (Side::Cut, Side::Above) => Some(Self::One([Horizon::new(map, Vec3::Z, lobe)])),
+            (Side::Above, Side::Cut) => Some(Self::One([Horizon::new(map, truth.axis.normalize(), truth.height)])),
+            (Side::Cut, Side::Cut) => Some(Self::Two(Horizon::pair(map, lobe, truth))),
+        }
+    }
+}
+
+impl TrueHorizon {
+    /// Whether the plane is another than z = 0, which must not be closed twice.
+    fn stands_apart(&self) -> bool {
+        let n = self.axis;
+        n.x * n.x + n.y * n.y > 1e-12 * n.z * n.z
+    }
+}
+
+/// One clipping plane that cuts the light, for one map.
 #[derive(Clone, Copy, Debug)]
 pub struct Horizon {
-    /// Height above the plane, up to a positive factor, of the point q relative to the foot: h.x·q.x + h.y·q.y + h.z.
-    pub height: Vec3,
-    /// Rounding bound of the height anywhere on the light: what lies higher has both ends of any curve above.
-    pub margin: f32,
+    /// The height over it.
+    pub height: Height,
     /// Direction of the line in which the light's plane cuts this one.
     along: Vec3,
     /// Distance of that line from the origin.
@@ -26,33 +136,23 @@ pub struct Horizon {
 }
 
 impl Horizon {
-    /// The plane with normal `axis`. `height` are the heights of the map's c0, c1, c2 over it, up to a common positive
-    /// factor: exact ones where the caller has them (the true horizon's are world-space).
-    pub fn new(map: &CosineMap, axis: Vec3, height: Vec3) -> Self {
+    /// The plane with the unit normal `axis`.
+    fn new(map: &CosineMap, axis: Vec3, height: Height) -> Self {
         let n = map.normal;
-        let line = n.cross(axis);
-        let sine2 = line.length_squared();
-        let along = if sine2 > 0.0 { line / sine2.sqrt() } else { Vec3::ZERO };
-        // The line's point nearest the origin: −D·n⊥/|n⊥|² with n⊥ the part of n across the axis.
-        let across = n - axis * (n.dot(axis) / axis.length_squared());
-        let distance = if sine2 > 0.0 { map.depth.abs() / across.length() } else { 0.0 };
-        // line × (nearest point) is parallel to along × across.
-        let turn = along.cross(across * -map.depth.signum());
-        let slope = if sine2 > 0.0 { turn.z / turn.length() } else { 0.0 };
-        let reach = 1.0 + map.foot.abs();
-        let margin = 2e-6 * (height.x.abs() * reach.x + height.y.abs() * reach.y + height.z.abs());
-        Self { height, margin, along, distance, slope, range: [f32::NEG_INFINITY, f32::INFINITY] }
+        let along = n.cross(axis).normalize_or_zero();
+        // The line's point nearest the origin is −D·n⊥/|n⊥|², n⊥ the part of n across the axis.
+        let across = n - axis * n.dot(axis);
+        let length = across.length();
+        let distance = if length > 0.0 { map.depth.abs() / length } else { 0.0 };
+        let slope = along.cross(across * -map.depth.signum()).normalize_or_zero().z;
+        Self { height, along, distance, slope, range: [f32::NEG_INFINITY, f32::INFINITY] }
     }
 
-    /// The planes z = 0 and `axis`·p = 0, each with its line ending where it meets the other. `None` where the two
-    /// coincide (then z = 0 alone clips).
-    pub fn pair(map: &CosineMap, axis: Vec3, height: Vec3) -> Option<[Self; 2]> {
-        let axis = axis.normalize();
-        if axis.x * axis.x + axis.y * axis.y < 1e-12 {
-            return None;
-        }
-        let mut z = Self::lobe(map);
-        let mut s = Self::new(map, axis, height);
+    /// The planes z = 0 and `truth`, each with its line ending where it meets the other.
+    fn pair(map: &CosineMap, lobe: Height, truth: &TrueHorizon) -> [Self; 2] {
+        let axis = truth.axis.normalize();
+        let mut z = Self::new(map, Vec3::Z, lobe);
+        let mut s = Self::new(map, axis, truth.height);
         // The corner lies on the line common to both planes, through the origin: one point for both, so that
         // what one line loses there the other gains, however nearly the planes coincide.
         let ridge = Vec3::new(-axis.y, axis.x, 0.0);
@@ -60,30 +160,12 @@ impl Horizon {
         let corner = ridge * (-map.depth / if rate.abs() > 1e-30 { rate } else { 1e-30_f32.copysign(rate) });
         z.end_at(corner, axis);
         s.end_at(corner, Vec3::Z);
-        Some([z, s])
-    }
-
-    /// The plane z = 0.
-    pub fn lobe(map: &CosineMap) -> Self {
-        Self::new(map, Vec3::Z, Vec3::new(map.c0.z, map.c1.z, map.c2.z))
+        [z, s]
     }
 
     /// Ends the line at `corner`, where it leaves the half-space of `other`.
     fn end_at(&mut self, corner: Vec3, other: Vec3) {
         self.range[usize::from(other.dot(self.along) < 0.0)] = corner.dot(self.along);
-    }
-
-    /// Height of a point relative to the foot. Above means > 0; every decision about a shared end point is this
-    /// very expression, so that crossings pair.
-    #[inline(always)]
-    pub fn height<P: PlanePoint>(&self, q: P) -> P::Scalar {
-        q.form(self.height)
-    }
-
-    /// Whether a point relative to the foot is above.
-    #[inline(always)]
-    pub fn is_above<P: PlanePoint>(&self, q: P) -> bool {
-        self.height(q) > P::Scalar::from(0.0)
     }
 
     /// What a crossing at the image point `p` adds (times 2π) where the contour comes up; where it goes down,

@@ -161,7 +161,7 @@ impl CosineMap {
         self.c0 * q.x + self.c1 * q.y + self.c2
     }
 
-    /// The heights over a plane of a point relative to the foot (see [`super::horizon::Horizon::height`]), from the
+    /// The heights over a plane of a point relative to the foot (see [`super::horizon::Height`]), from the
     /// plane's heights of the light-space axes and origin and the tree's square, formed in f64.
     pub fn height_form(&self, [x, y, origin]: [f64; 3], center: DVec2, half: f64) -> Vec3 {
         let at = center + self.foot.as_dvec2() * half;

@@ -6,7 +6,7 @@
 //! its chord exactly. The walk refines a node whose remainder is above the tolerance or which a horizon cuts.
 
 use super::edge::edge_integral;
-use super::horizon::Horizon;
+use super::horizon::{Clip, Horizon, Side};
 use super::map::{CosineMap, PlanePoint};
 use bytemuck::{Pod, Zeroable};
 use core::f32::consts::{FRAC_1_PI, TAU};
@@ -83,17 +83,6 @@ pub struct Nodes<'a> {
     pub low: &'a [LowEnds],
     /// Of the cubic leaves.
     pub handles: &'a [Handles],
-}
-
-/// What clips a light at one shading point.
-#[derive(Clone, Copy, Debug)]
-pub enum Clip {
-    /// The light is above every horizon.
-    None,
-    /// z = 0 of cosine space.
-    Lobe(Horizon),
-    /// z = 0 and the surface's true horizon.
-    Both([Horizon; 2]),
 }
 
 /// A value and what it cost.
@@ -180,19 +169,21 @@ struct Sums {
 /// The clamped-cosine integral of the light over the hemisphere that `clip` leaves, signed: positive in front of
 /// the light (map.depth > 0), negative behind. Nodes whose error bound is below `tolerance` are not refined.
 pub fn tree_integral(map: &CosineMap, clip: &Clip, tree: Nodes<'_>, tolerance: f32) -> Integral {
-    match (clip, map.is_close()) {
-        (Clip::None, false) => walk::<Vec2>(map, &[], tree, tolerance),
-        (Clip::Lobe(horizon), false) => walk::<Vec2>(map, core::slice::from_ref(horizon), tree, tolerance),
-        (Clip::Both(horizons), false) => walk::<Vec2>(map, horizons, tree, tolerance),
-        (Clip::None, true) => walk::<DVec2>(map, &[], tree, tolerance),
-        (Clip::Lobe(horizon), true) => walk::<DVec2>(map, core::slice::from_ref(horizon), tree, tolerance),
-        (Clip::Both(horizons), true) => walk::<DVec2>(map, horizons, tree, tolerance),
+    let horizons: &[Horizon] = match clip {
+        Clip::None => &[],
+        Clip::One(one) => one,
+        Clip::Two(two) => two,
+    };
+    if map.is_close() {
+        walk::<DVec2>(map, horizons, tree, tolerance)
+    } else {
+        walk::<Vec2>(map, horizons, tree, tolerance)
     }
 }
 
-/// Where a box lies with respect to the horizons.
+/// Where a box lies with respect to all horizons.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Side {
+enum Place {
     Above,
     Cut,
     /// Wholly below the horizon of that index.
@@ -200,19 +191,16 @@ enum Side {
 }
 
 #[inline(always)]
-fn side(horizons: &[Horizon], center: Vec2, half: Vec2) -> Side {
-    let mut side = Side::Above;
+fn place(horizons: &[Horizon], center: Vec2, half: Vec2) -> Place {
+    let mut place = Place::Above;
     for (i, h) in horizons.iter().enumerate() {
-        let middle = h.height(center);
-        let reach = h.height.x.abs() * half.x + h.height.y.abs() * half.y + h.margin;
-        if middle + reach < 0.0 {
-            return Side::Below(i);
-        }
-        if middle - reach <= 0.0 {
-            side = Side::Cut;
+        match h.height.side(center, half) {
+            Side::Above => {}
+            Side::Cut => place = Place::Cut,
+            Side::Below => return Place::Below(i),
         }
     }
-    side
+    place
 }
 
 #[inline(always)]
@@ -229,8 +217,8 @@ fn walk<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], tree: Nodes<'_>, t
         let skip = if kind <= RUN { index } else { i + 1 };
         let center = node.center - map.foot;
         let (a, b) = (P::from_foot(node.a, low[i].a, map.foot), P::from_foot(node.b, low[i].b, map.foot));
-        let side = side(horizons, center, node.half);
-        if let Side::Below(below) = side {
+        let place = place(horizons, center, node.half);
+        if let Place::Below(below) = place {
             if kind != CLUSTER && horizons.len() == 2 {
                 sums.contour += far_crossing(&horizons[1 - below], a, b);
             }
@@ -238,12 +226,12 @@ fn walk<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], tree: Nodes<'_>, t
             continue;
         }
         if kind == SEGMENT {
-            sums.contour += if side == Side::Above { edge_integral(map, a, b) } else { cut_edge(map, horizons, a, b) };
+            sums.contour += if place == Place::Above { edge_integral(map, a, b) } else { cut_edge(map, horizons, a, b) };
             i = skip;
             continue;
         }
         let expansion = Expansion::new(map, center, node.half);
-        if side == Side::Above {
+        if place == Place::Above {
             if expansion.remainder(node.area) <= tolerance {
                 sums.region += expansion.region(map, node);
                 if kind != CLUSTER {
@@ -271,7 +259,7 @@ fn walk<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], tree: Nodes<'_>, t
 /// adds the same, so that only the end points count.
 #[inline]
 fn far_crossing<P: PlanePoint>(other: &Horizon, a: P, b: P) -> f32 {
-    match (other.is_above(a), other.is_above(b)) {
+    match (other.height.is_above(a), other.height.is_above(b)) {
         (false, true) => other.far_crossing(),
         (true, false) => -other.far_crossing(),
         _ => 0.0,
@@ -284,7 +272,7 @@ fn cut_edge<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], a: P, b: P) ->
     let mut sum = 0.0;
     let (mut from, mut to) = (zero, one);
     for h in horizons {
-        let (ha, hb) = (h.height(a), h.height(b));
+        let (ha, hb) = (h.height.at(a), h.height.at(b));
         match (ha > zero, hb > zero) {
             (true, true) => {}
             (false, false) => to = zero,
@@ -358,26 +346,26 @@ fn cubic_leaf<P: PlanePoint>(
         let low = hull[0].min(hull[1]).min(hull[2].min(hull[3]));
         let high = hull[0].max(hull[1]).max(hull[2].max(hull[3]));
         let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
-        let side = side(horizons, center, half);
+        let place = place(horizons, center, half);
         let expansion = Expansion::new(map, center, half);
-        let accept = match side {
-            Side::Below(_) => true,
-            Side::Above => expansion.remainder_at_centroid(area.abs()) <= tolerance,
-            Side::Cut => expansion.magnitude(area.abs()) <= tolerance,
+        let accept = match place {
+            Place::Below(_) => true,
+            Place::Above => expansion.remainder_at_centroid(area.abs()) <= tolerance,
+            Place::Cut => expansion.magnitude(area.abs()) <= tolerance,
         };
         if !accept && level < DEEPEST {
             level += 1;
             index *= 2;
             continue;
         }
-        match side {
-            Side::Below(below) => {
+        match place {
+            Place::Below(below) => {
                 if horizons.len() == 2 {
                     sums.contour += far_crossing(&horizons[1 - below], a, b);
                 }
             }
-            Side::Cut => sums.contour += cut_edge(map, horizons, a, b),
-            Side::Above => {
+            Place::Cut => sums.contour += cut_edge(map, horizons, a, b),
+            Place::Above => {
                 sums.contour += edge_integral(map, a, b);
                 if accept {
                     let centroid = a + chord * scalar(0.5) + (h0 - h1) * scalar(0.375 * 0.4);

@@ -3,9 +3,9 @@
 use crate::cases::{Rng, blob, images};
 use glam::{DMat3, DVec3};
 use glyphlight::backend::exact::{ExactMap, exact_integral};
-use glyphlight::kernel::horizon::Horizon;
+use glyphlight::kernel::horizon::{Clip, Height, TrueHorizon};
 use glyphlight::kernel::map::CosineMap;
-use glyphlight::kernel::tree::{Clip, tree_integral};
+use glyphlight::kernel::tree::tree_integral;
 use glyphlight::light::tree::Tree;
 use glyphlight::shape::Shape;
 
@@ -15,16 +15,12 @@ fn tree_value(c: [DVec3; 3], horizon: Option<DVec3>, shape: &Shape, tolerance: f
     if map.depth <= 0.0 {
         return (0.0, 0);
     }
-    let clip = match horizon {
-        None => Clip::Lobe(Horizon::lobe(&map)),
-        Some(m) => {
-            let height = map.height_form(c.map(|c| c.dot(m)), tree.center, tree.half);
-            match Horizon::pair(&map, m.as_vec3(), height) {
-                Some(pair) => Clip::Both(pair),
-                None => Clip::Lobe(Horizon::lobe(&map)),
-            }
-        }
-    };
+    let truth = horizon.map(|m| {
+        let form = map.height_form(c.map(|c| c.dot(m)), tree.center, tree.half);
+        TrueHorizon { axis: m.as_vec3(), height: Height::new(&map, form) }
+    });
+    let root = tree.nodes[0];
+    let Some(clip) = Clip::new(&map, truth.as_ref(), root.center - map.foot, root.half) else { return (0.0, 0) };
     let integral = tree_integral(&map, &clip, tree.view(), tolerance);
     (integral.value, integral.visited)
 }
