@@ -7,6 +7,7 @@
 //! ```
 
 pub mod backend;
+pub mod brdf;
 pub mod film;
 pub mod kernel;
 pub mod light;
