@@ -263,9 +263,7 @@ fn closing_edges(crossings: &mut [Crossing], other: Option<DVec3>) -> f64 {
     let [Some(first), Some(last)] = [crossings.first(), crossings.last()] else { return 0.0 };
     // The line's direction: from the longest difference, which needs no division.
     let from = first.point;
-    let far = |a: &&Crossing, b: &&Crossing| {
-        a.point.distance_squared(from).total_cmp(&b.point.distance_squared(from))
-    };
+    let far = |a: &&Crossing, b: &&Crossing| a.point.distance_squared(from).total_cmp(&b.point.distance_squared(from));
     let along = crossings.iter().max_by(far).unwrap_or(last).point - from;
     let place = |c: &Crossing| (c.point - from).dot(along);
     crossings.sort_by(|a, b| place(a).total_cmp(&place(b)));

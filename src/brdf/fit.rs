@@ -209,7 +209,12 @@ pub fn fit_table(options: &FitOptions, progress: &(dyn Fn(f64) + Sync)) -> Resul
         free_tilt: options.tilt == Tilt::Free,
     };
     // Sizes, and the axes, are checked by an empty table of the same shape.
-    let axes = Table::new(rows, columns, provenance, &vec![Entry { ux: 1.0, beta: 1.0, magnitude: 1.0, ..Entry::default() }; rows * columns])?;
+    let axes = Table::new(
+        rows,
+        columns,
+        provenance,
+        &vec![Entry { ux: 1.0, beta: 1.0, magnitude: 1.0, ..Entry::default() }; rows * columns],
+    )?;
     let nodes: Vec<Node> = (0..rows * columns)
         .into_par_iter()
         .map(|k| Node::new(axes.alpha(k / columns), axes.cos_theta(k % columns), options))

@@ -199,12 +199,14 @@ impl Table {
             return Err(TableError::Length { alphas: alphas as u32, thetas: thetas as u32, expected, found });
         }
         for (k, e) in entries.iter().enumerate() {
-            let sound = e.to_channels().iter().all(|v| v.is_finite()) && e.ux > 0.0 && e.beta > 0.0 && e.magnitude > 0.0;
+            let sound =
+                e.to_channels().iter().all(|v| v.is_finite()) && e.ux > 0.0 && e.beta > 0.0 && e.magnitude > 0.0;
             if !sound {
                 return Err(TableError::Entry { row: k / thetas, column: k % thetas });
             }
         }
-        let texel = |e: &Entry| [Vec4::new(e.ux, e.uz, e.beta, e.tau_x), Vec4::new(e.tau_z, e.magnitude, e.fresnel, 0.0)];
+        let texel =
+            |e: &Entry| [Vec4::new(e.ux, e.uz, e.beta, e.tau_x), Vec4::new(e.tau_z, e.magnitude, e.fresnel, 0.0)];
         Ok(Self { alphas, thetas, provenance, texels: entries.iter().map(texel).collect() })
     }
 

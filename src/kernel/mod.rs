@@ -6,6 +6,9 @@
 //! integrals are normalised: a full hemisphere gives 1.
 
 pub mod edge;
+pub mod frame;
 pub mod horizon;
 pub mod map;
+pub mod shade;
+pub mod surface;
 pub mod tree;

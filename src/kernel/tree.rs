@@ -226,7 +226,8 @@ fn walk<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], tree: Nodes<'_>, t
             continue;
         }
         if kind == SEGMENT {
-            sums.contour += if place == Place::Above { edge_integral(map, a, b) } else { cut_edge(map, horizons, a, b) };
+            sums.contour +=
+                if place == Place::Above { edge_integral(map, a, b) } else { cut_edge(map, horizons, a, b) };
             i = skip;
             continue;
         }

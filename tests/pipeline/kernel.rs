@@ -57,14 +57,20 @@ fn tree_agrees_with_exact() {
             let (value, visited) = tree_value(c, horizon, &shape, tolerance);
             let error = (f64::from(value) - truth).abs();
             if error > f64::from(tolerance) + 2e-5 {
-                println!("tol {tolerance} case {case} two {two} truth {truth} value {value} error {error:e} visited {visited} dist {distance} minv {m_inv}");
+                println!(
+                    "tol {tolerance} case {case} two {two} truth {truth} value {value} error {error:e} visited {visited} dist {distance} minv {m_inv}"
+                );
             }
             worst = worst.max(error);
             sum2 += error * error;
             visits += u64::from(visited);
             count += 1;
         }
-        println!("tol {tolerance}: worst {worst:e} rms {:e} visits {}", (sum2 / f64::from(count)).sqrt(), visits as f64 / f64::from(count));
+        println!(
+            "tol {tolerance}: worst {worst:e} rms {:e} visits {}",
+            (sum2 / f64::from(count)).sqrt(),
+            visits as f64 / f64::from(count)
+        );
     }
 }
 
@@ -131,7 +137,9 @@ fn hostile_placements() {
             if error > f64::from(tolerance) + 2e-5 {
                 over[kind] += 1;
                 if over[kind] < 4 {
-                println!("tol {tolerance} case {case} kind {kind} truth {truth} value {value} error {error:e} visited {visited} origin {origin} minv {m_inv}");
+                    println!(
+                        "tol {tolerance} case {case} kind {kind} truth {truth} value {value} error {error:e} visited {visited} origin {origin} minv {m_inv}"
+                    );
                 }
             }
             worst[kind] = worst[kind].max(error);
@@ -139,7 +147,13 @@ fn hostile_placements() {
             count[kind] += 1;
         }
         for k in 0..6 {
-            println!("tol {tolerance} kind {k}: worst {:e} over {} of {} visits {}", worst[k], over[k], count[k], visits[k] / u64::from(count[k]));
+            println!(
+                "tol {tolerance} kind {k}: worst {:e} over {} of {} visits {}",
+                worst[k],
+                over[k],
+                count[k],
+                visits[k] / u64::from(count[k])
+            );
         }
     }
 }
