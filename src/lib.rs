@@ -9,5 +9,6 @@
 pub mod backend;
 pub mod film;
 pub mod light;
+pub mod outline;
 pub mod scene;
 pub mod shape;
