@@ -2,7 +2,12 @@
 //!
 //! Everything that may overlap goes through [`overlap::resolve`], the only place that removes overlaps.
 
+pub mod bundled;
+pub mod font;
+mod glyf;
 pub mod overlap;
+mod shaping;
+pub mod text;
 
 use crate::shape::{CubicBez, Shape};
 use glam::DVec2;
@@ -48,6 +53,12 @@ pub enum OutlineError {
         /// The reason.
         source: overlap::OverlapError,
     },
+    /// A font or a glyph cannot be used.
+    #[error(transparent)]
+    Font(#[from] font::FontError),
+    /// A text cannot be set.
+    #[error(transparent)]
+    Text(#[from] text::TextError),
 }
 
 /// The contours of `shape` as one kurbo path; straight cubics become line elements.

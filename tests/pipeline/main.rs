@@ -1,4 +1,6 @@
 //! The test suite: one binary, one module per stage.
 
+mod fonts;
 mod mask;
 mod shape;
+mod text;
