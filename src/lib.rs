@@ -11,5 +11,6 @@ pub mod brdf;
 pub mod film;
 pub mod kernel;
 pub mod light;
+pub mod outline;
 pub mod scene;
 pub mod shape;
