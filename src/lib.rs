@@ -7,6 +7,7 @@
 //! ```
 
 pub mod backend;
+pub mod color;
 pub mod film;
 pub mod light;
 pub mod scene;
