@@ -4,6 +4,7 @@ pub mod camera;
 pub mod folder;
 pub mod material;
 pub mod mesh;
+pub mod preset;
 pub mod surface;
 pub mod texture;
 

@@ -174,13 +174,13 @@ def node(name, which, translation, **more):
 
 side = mesh("side", (0.03, 1.0, 0.3), 0)
 board = mesh("board", (1.14, 0.03, 0.29), 0)
-back = mesh("back", (1.14, 1.0, 0.012), 0)
+back = mesh("back", (1.14, 1.0, 0.02), 0)
 block = mesh("block", (0.2, 0.14, 0.14), 1)
 node("left", side, [-0.585, 0.5, 0.0])
 node("right", side, [0.585, 0.5, 0.0])
 for k, y in enumerate((0.015, 0.36, 0.7, 0.985)):
     node(f"board {k}", board, [0.0, y, 0.0])
-node("back", back, [0.0, 0.5, -0.143])
+node("back", back, [0.0, 0.5, -0.14])
 angle = math.radians(25) / 2
 node("block", block, [0.25, 0.445, 0.02], rotation=[0.0, math.sin(angle), 0.0, math.cos(angle)])
 

@@ -5,6 +5,7 @@ use super::{Located, MAX_POSITION, MAX_TRIANGLES, MeshProblem, Triangles};
 use crate::scene::{Triangle, Vertex};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 use gltf::mesh::{Mode, Semantic};
+use std::collections::BTreeSet;
 
 /// The triangles so far.
 #[derive(Default)]
@@ -136,6 +137,9 @@ impl Collector {
         if self.triangles.is_empty() {
             self.warnings.push("no triangles".into());
         }
+        // A mesh that stands in many places is warned of once.
+        let mut said = BTreeSet::new();
+        self.warnings.retain(|w| said.insert(w.clone()));
         Triangles { triangles: self.triangles, warnings: self.warnings }
     }
 }
