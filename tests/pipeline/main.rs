@@ -2,3 +2,4 @@
 
 mod film;
 mod mesh;
+mod preset;

@@ -1,5 +1,9 @@
 //! What can be wrong with a scene file.
 
+use crate::outline::font::FontError;
+use crate::outline::path::PathError;
+use crate::outline::svg::SvgError;
+use crate::outline::text::TextError;
 use crate::scene::folder::FolderError;
 use crate::scene::mesh::MeshError;
 use crate::scene::texture::TextureError;
@@ -106,4 +110,16 @@ pub enum ResourceError {
     /// The mesh is broken.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// The path data is broken.
+    #[error(transparent)]
+    Path(#[from] PathError),
+    /// The SVG is broken.
+    #[error(transparent)]
+    Svg(#[from] SvgError),
+    /// The font is broken, or there is none of that name.
+    #[error(transparent)]
+    Font(#[from] FontError),
+    /// The text cannot be set.
+    #[error(transparent)]
+    Text(#[from] TextError),
 }
