@@ -8,6 +8,7 @@
 
 pub mod backend;
 pub mod brdf;
+pub mod color;
 pub mod film;
 pub mod kernel;
 pub mod light;
