@@ -2,15 +2,20 @@
 //!
 //! Everything that may overlap goes through [`overlap::resolve`], the only place that removes overlaps.
 
+pub mod bundled;
 pub mod document;
 mod embedded;
+pub mod font;
+mod glyf;
 mod guard;
 pub mod layers;
 pub mod lyon;
 pub mod overlap;
 pub mod path;
+mod shaping;
 mod stroke;
 pub mod svg;
+pub mod text;
 mod walk;
 
 use crate::shape::{CubicBez, Shape};
@@ -68,6 +73,12 @@ pub enum OutlineError {
         /// The reason.
         source: svg::SvgError,
     },
+    /// A font or a glyph cannot be used.
+    #[error(transparent)]
+    Font(#[from] font::FontError),
+    /// A text cannot be set.
+    #[error(transparent)]
+    Text(#[from] text::TextError),
 }
 
 /// The contours of `shape` as one kurbo path; straight cubics become line elements.
