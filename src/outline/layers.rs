@@ -2,8 +2,9 @@
 
 use super::overlap::{self, OverlapError};
 use crate::shape::{Bounds, Shape};
+use rayon::prelude::*;
 use std::collections::HashMap;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// Most set operations that one drawing may take.
 pub const MAX_OPERATIONS: usize = 100_000;
@@ -68,12 +69,29 @@ impl Premultiplied {
 /// A region of one colour.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
-    pub(super) shape: Rc<Shape>,
+    pub(super) shape: Arc<Shape>,
     pub(super) paint: Premultiplied,
     pub(super) element: String,
     bounds: Bounds,
-    /// What later paints hide of `shape`, taken off all at once by [`Canvas::settle`].
-    covers: Vec<Rc<Shape>>,
+    /// What later paints hide of `shape`, taken off all at once by [`Piece::settle`].
+    covers: Vec<Arc<Shape>>,
+}
+
+impl Piece {
+    /// Takes what hides the piece off its shape.
+    fn settle(&mut self) -> Result<(), LayerError> {
+        let covers = std::mem::take(&mut self.covers);
+        if covers.is_empty() || self.shape.is_empty() {
+            return Ok(());
+        }
+        let mut all = Shape::default();
+        covers.iter().for_each(|c| all.append(Shape::clone(c)));
+        let rest = overlap::difference(&self.shape, &all)
+            .map_err(|source| LayerError::Overlap { element: self.element.clone(), source })?;
+        self.bounds = rest.bounds();
+        self.shape = Arc::new(rest);
+        Ok(())
+    }
 }
 
 /// Disjoint pieces, built up paint by paint.
@@ -90,28 +108,29 @@ impl Canvas {
             return Ok(());
         }
         let bounds = shape.bounds();
-        let shape = Rc::new(shape);
+        let shape = Arc::new(shape);
         let mut top =
-            Piece { shape: Rc::clone(&shape), paint, element: element.to_owned(), bounds, covers: Vec::new() };
+            Piece { shape: Arc::clone(&shape), paint, element: element.to_owned(), bounds, covers: Vec::new() };
         let under: Vec<_> = (0..self.pieces.len()).filter(|&i| self.pieces[i].bounds.overlaps(bounds)).collect();
         for i in under {
             if !paint.is_opaque() {
-                self.settle(i)?;
+                self.count(element)?;
+                self.pieces[i].settle()?;
                 let piece = self.pieces[i].clone();
                 let shared = self.operate(element, || overlap::intersection(&piece.shape, &shape))?;
                 if shared.is_empty() {
                     continue;
                 }
-                top.covers.push(Rc::clone(&piece.shape));
+                top.covers.push(Arc::clone(&piece.shape));
                 self.pieces.push(Piece {
                     bounds: shared.bounds(),
-                    shape: Rc::new(shared),
+                    shape: Arc::new(shared),
                     paint: paint.over(piece.paint),
                     element: element.to_owned(),
                     covers: Vec::new(),
                 });
             }
-            self.pieces[i].covers.push(Rc::clone(&shape));
+            self.pieces[i].covers.push(Arc::clone(&shape));
         }
         self.pieces.push(top);
         if self.pieces.len() > MAX_PIECES {
@@ -136,9 +155,11 @@ impl Canvas {
 
     /// The pieces, none of which overlaps another.
     pub(super) fn into_pieces(mut self) -> Result<Vec<Piece>, LayerError> {
-        for i in 0..self.pieces.len() {
-            self.settle(i)?;
+        let covered = self.pieces.iter().filter(|p| !p.covers.is_empty());
+        if let Some(piece) = covered.clone().nth(MAX_OPERATIONS.saturating_sub(self.operations)) {
+            return Err(LayerError::TooManyOperations { element: piece.element.clone(), limit: MAX_OPERATIONS });
         }
+        self.pieces.par_iter_mut().try_for_each(Piece::settle)?;
         self.pieces.retain(|p| !p.shape.is_empty());
         Ok(self.pieces)
     }
@@ -155,22 +176,7 @@ impl Canvas {
             }
             merged[k].push(piece);
         }
-        merged.into_iter().map(join).collect()
-    }
-
-    /// Takes what hides piece `i` off its shape.
-    fn settle(&mut self, i: usize) -> Result<(), LayerError> {
-        let covers = std::mem::take(&mut self.pieces[i].covers);
-        if covers.is_empty() || self.pieces[i].shape.is_empty() {
-            return Ok(());
-        }
-        let mut all = Shape::default();
-        covers.iter().for_each(|c| all.append(Shape::clone(c)));
-        let Piece { shape, element, .. } = self.pieces[i].clone();
-        let rest = self.operate(&element, || overlap::difference(&shape, &all))?;
-        self.pieces[i].bounds = rest.bounds();
-        self.pieces[i].shape = Rc::new(rest);
-        Ok(())
+        merged.into_par_iter().map(join).collect()
     }
 
     fn operate(
@@ -178,11 +184,17 @@ impl Canvas {
         element: &str,
         operation: impl FnOnce() -> Result<Shape, OverlapError>,
     ) -> Result<Shape, LayerError> {
+        self.count(element)?;
+        operation().map_err(|source| LayerError::Overlap { element: element.to_owned(), source })
+    }
+
+    /// Counts a set operation.
+    fn count(&mut self, element: &str) -> Result<(), LayerError> {
         self.operations += 1;
         if self.operations > MAX_OPERATIONS {
             return Err(LayerError::TooManyOperations { element: element.to_owned(), limit: MAX_OPERATIONS });
         }
-        operation().map_err(|source| LayerError::Overlap { element: element.to_owned(), source })
+        Ok(())
     }
 }
 
@@ -207,7 +219,7 @@ fn join(pieces: Vec<Piece>) -> Result<Piece, LayerError> {
             .map_err(|source| LayerError::Overlap { element: element.clone(), source })?;
     }
     let bounds = shape.bounds();
-    Ok(Piece { shape: Rc::new(shape), paint: pieces[0].paint, element, bounds, covers: Vec::new() })
+    Ok(Piece { shape: Arc::new(shape), paint: pieces[0].paint, element, bounds, covers: Vec::new() })
 }
 
 #[cfg(test)]

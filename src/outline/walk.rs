@@ -400,8 +400,9 @@ fn mean_of_stops(stops: &[Stop]) -> Premultiplied {
     for k in 0..SAMPLES {
         let t = (f64::from(k) + 0.5) / f64::from(SAMPLES);
         let offset = |s: &Stop| f64::from(s.offset().get());
-        let next = stops.iter().position(|s| offset(s) > t).unwrap_or(stops.len());
-        let (a, b) = (&stops[next.saturating_sub(1)], &stops[next.min(stops.len() - 1)]);
+        let before = stops.iter().rev().find(|s| offset(s) <= t).or(stops.first());
+        let after = stops.iter().find(|s| offset(s) > t).or(stops.last());
+        let (Some(a), Some(b)) = (before, after) else { continue };
         let span = offset(b) - offset(a);
         let part = if span > 0.0 { (t - offset(a)) / span } else { 0.0 };
         let mixed: Vec<f64> = value(a).zip(value(b)).map(|(a, b)| a + (b - a) * part).collect();

@@ -3,6 +3,7 @@
 use crate::mask::disagreement;
 use glam::{DAffine2, DVec2};
 use glyphlight::outline::FillRule::{self, EvenOdd, NonZero};
+use glyphlight::outline::lyon;
 use glyphlight::outline::overlap::{self, OverlapError};
 use glyphlight::shape::{CubicBez, Shape};
 use kurbo::{Affine, BezPath};
@@ -172,4 +173,112 @@ fn winding_is_robust_through_vertices_and_extrema() {
     assert_eq!(ring.winding(DVec2::new(0.5, 1.0)), 1);
     assert_eq!(ring.winding(DVec2::new(2.0, 1.0 - 1e-12)), 1);
     assert_eq!(ring.winding(DVec2::new(2.0, 1.0 + 1e-12)), 0);
+}
+
+#[test]
+fn lyon_paths_go_there_and_back() {
+    for (name, d) in PATHS {
+        let shape = resolved(d, EvenOdd);
+        let there = lyon::to_lyon(&shape);
+        for rule in [NonZero, EvenOdd] {
+            let back = lyon::from_lyon(&there, rule).expect(name);
+            assert_eq!(disagreement(&back, &parse(d), EvenOdd, 23), None, "{name} {rule:?}");
+            assert!(
+                (back.area() - shape.area()).abs() <= 1e-5 * shape.area(),
+                "{name}: {} {}",
+                back.area(),
+                shape.area()
+            );
+        }
+    }
+    // Open, clockwise and with quadratics: lyon's own, not ours.
+    let mut builder = lyon_path::Path::builder();
+    builder.begin(lyon_path::geom::point(0.0, 0.0));
+    builder.quadratic_bezier_to(lyon_path::geom::point(1.0, 3.0), lyon_path::geom::point(2.0, 0.0));
+    builder.end(false);
+    let hill = lyon::from_lyon(&builder.build(), NonZero).expect("a hill");
+    assert!((hill.area() - 2.0).abs() < 1e-9, "{}", hill.area());
+
+    let mut builder = lyon_path::Path::builder();
+    builder.begin(lyon_path::geom::point(0.0, f32::NAN));
+    builder.line_to(lyon_path::geom::point(1.0, 0.0));
+    builder.end(true);
+    let broken = lyon::from_lyon(&builder.build(), NonZero);
+    assert!(matches!(broken, Err(OverlapError::NotFinite { element: 0, .. })), "{broken:?}");
+}
+
+#[test]
+fn crossings_are_right_to_the_last_digits() {
+    // A cubic that linesweeper alone cuts half a unit off, and its chord.
+    let cubic = CubicBez::new(
+        DVec2::new(629.0, 555.0),
+        DVec2::new(134.0, 958.0),
+        DVec2::new(614.0, 891.0),
+        DVec2::new(318.0, 924.0),
+    );
+    let shape = resolved("M629 555C134 958 614 891 318 924Z", EvenOdd);
+    assert_eq!(shape.contours().len(), 2);
+    let [a, b] = [DVec2::new(629.0, 555.0), DVec2::new(318.0, 924.0)];
+    let crossing = shape.curves().map(|c| c.p0).find(|&p| p != a && p != b).expect("a crossing");
+    assert!((b - a).normalize().perp_dot(crossing - a).abs() < 1e-9, "off the chord: {crossing}");
+    let nearest = (0..=1_000_000).map(|k| cubic.eval(f64::from(k) * 1e-6).distance(crossing)).fold(f64::MAX, f64::min);
+    assert!(nearest < 1e-3, "off the curve by {nearest}");
+    // By the closed form of the cubic's crossing with its chord.
+    assert!(crossing.distance(DVec2::new(391.426_804_407_551_5, 836.879_450_719_014_7)) < 1e-9, "{crossing}");
+    // What nothing cuts stays as it is.
+    let untouched = resolved("M1 2C3 5 7 11 13 17L0.1 0.3Z", NonZero);
+    let [p, q] = [DVec2::new(1.0, 2.0), DVec2::new(13.0, 17.0)];
+    let given = CubicBez::new(p, DVec2::new(3.0, 5.0), DVec2::new(7.0, 11.0), q);
+    assert!(untouched.curves().any(|c| *c == given || *c == given.reversed()), "{untouched:?}");
+}
+
+/// Closed paths of random curves with corners on a coarse grid, so that they meet in corners, touch and coincide, or
+/// anywhere.
+fn random_path(random: &mut impl FnMut(u64) -> f64, on_grid: bool) -> BezPath {
+    let mut path = BezPath::new();
+    for _ in 0..2 + random(2) as u32 {
+        let mut p = || if on_grid { (random(8), random(8)) } else { (random(70_000) / 1e4, random(70_000) / 1e4) };
+        path.move_to(p());
+        for k in 0..4 {
+            match k {
+                0 => path.line_to(p()),
+                1 => path.quad_to(p(), p()),
+                _ => path.curve_to(p(), p(), p()),
+            }
+        }
+        path.close_path();
+    }
+    path
+}
+
+#[test]
+fn random_paths_resolve_once_and_for_all() {
+    let mut state = 0x0123_4567_89ab_cdef_u64;
+    let mut random = |below: u64| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state % below) as f64
+    };
+    for k in 0..100 {
+        let path = random_path(&mut random, k % 2 == 0);
+        let mut chords = BezPath::new();
+        kurbo::flatten(path.elements().iter().copied(), 1e-5, |el| chords.push(el));
+        for rule in [NonZero, EvenOdd] {
+            let fail = |e| panic!("path {k}, {rule:?}: {e}\n{}", path.to_svg());
+            let shape = overlap::resolve(&path, rule).unwrap_or_else(fail);
+            let again = overlap::union(&shape, &Shape::default()).unwrap_or_else(fail);
+            assert!((again.area() - shape.area()).abs() < 1e-4, "path {k}, {rule:?}: {}", path.to_svg());
+            for _ in 0..20 {
+                let p = DVec2::new(random(700_000), random(700_000)) / 1e5;
+                // A point that a hair's move changes lies on the edge.
+                let windings =
+                    [-1e-4, 0.0, 1e-4].map(|d| kurbo::Shape::winding(&chords, kurbo::Point::new(p.x + d, p.y)));
+                if windings == [windings[0]; 3] {
+                    let inside = i32::from(rule.is_inside(windings[0]));
+                    assert_eq!(shape.winding(p), inside, "path {k}, {rule:?}, at {p}: {}", path.to_svg());
+                }
+            }
+        }
+    }
 }

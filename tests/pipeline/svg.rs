@@ -94,11 +94,6 @@ fn difference(art: &Art, text: &str) -> Option<String> {
 fn every_drawing_shines_as_it_is_painted() {
     for (name, text) in drawings() {
         let art = read(&text);
-        println!(
-            "{name}: {} layers, {} curves",
-            art.layers.len(),
-            art.layers.iter().map(|l| l.shape.curves().count()).sum::<usize>()
-        );
         if name == "sunset.svg" {
             continue;
         }
