@@ -8,7 +8,9 @@
 
 pub mod backend;
 pub mod brdf;
+pub mod cli;
 pub mod color;
+pub mod error;
 pub mod film;
 pub mod kernel;
 pub mod light;
