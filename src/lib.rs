@@ -10,5 +10,6 @@ pub mod backend;
 pub mod color;
 pub mod film;
 pub mod light;
+pub mod outline;
 pub mod scene;
 pub mod shape;

@@ -1,0 +1,1 @@
+//! Text layout: shaping, order, alignment, errors.
