@@ -7,5 +7,6 @@ mod kernel;
 mod mask;
 mod mesh;
 mod preset;
+mod scene;
 mod shape;
 mod text;

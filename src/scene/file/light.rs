@@ -24,6 +24,9 @@ pub const EFFICACY: f64 = 683.0;
 /// Area of a light over the square of its larger side, below which it is rounding.
 const LEAST_AREA: f64 = 1e-12;
 
+/// Farthest a light may reach from the origin along an axis, metres.
+const MAX_REACH: f64 = 4e9;
+
 const POWER: Limit = Limit::new(|v| (0.0..=1e15).contains(&v), "between 0 and 1e15 W");
 const NITS: Limit = Limit::new(|v| (0.0..=1e15).contains(&v), "between 0 and 1e15 nits");
 const SPACING: Limit = Limit::new(|v| v.abs() <= 100.0, "within ±100 em");
@@ -91,8 +94,13 @@ pub(super) fn read(
     let placement = Placement::new(position, rotation, scale.abs());
     let area: f64 = layers.iter().map(|l| l.shape.area()).sum();
     let bounds = layers.iter().map(|l| l.shape.bounds()).fold(Bounds::EMPTY, Bounds::union);
-    if !(area > LEAST_AREA * bounds.size().max_element().powi(2)) {
+    if area <= LEAST_AREA * bounds.size().max_element().powi(2) || layers.is_empty() {
         return Err(source.value.error(format!("the light \"{name}\" has no area")));
+    }
+    let corners = [bounds.min, bounds.max, DVec2::new(bounds.min.x, bounds.max.y), DVec2::new(bounds.max.x, bounds.min.y)];
+    let reach = corners.map(|c| placement.point(c).abs().max_element()).into_iter().fold(0.0, f64::max);
+    if reach > MAX_REACH {
+        return Err(source.value.error(format!("the light reaches {reach:e} m from the origin; at most {MAX_REACH:e}")));
     }
     let sides = if two_sided { 2.0 } else { 1.0 };
     emit(table, &mut layers, placement.normal().length() * sides)?;
@@ -133,7 +141,7 @@ fn emit(table: &Table<'_>, layers: &mut [Layer], emitting: f64) -> Result<(), Sc
         let color = DVec3::from_array(color);
         let flux: DVec3 = layers.iter().map(|l| l.radiance * color * (PI * emitting * l.shape.area())).sum();
         let mean = flux.element_sum() / 3.0;
-        if !(mean > 0.0) {
+        if mean <= 0.0 {
             return Err(value.error("no radiance gives this power, since the light is black"));
         }
         color * (power / mean)
