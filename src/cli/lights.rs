@@ -157,8 +157,8 @@ fn font(name: &str) -> Result<Font, Error> {
 
 fn svg_art(file: &Path, style: &Style) -> Result<Art, Error> {
     let name = file.display().to_string();
-    let art = svg::svg(&read(file, MAX_BYTES)?, &name, &SvgOptions { size: style.size, ..SvgOptions::default() })?;
-    let layer = |l: svg::ArtLayer| Layer { shape: l.shape, radiance: l.color, opacity: l.opacity };
+    let art = svg::svg(&read(file, MAX_BYTES)?, &name, &SvgOptions::bundled(style.size))?;
+    let layer = |l: svg::ArtLayer| Layer { shape: l.shape, radiance: l.color.into(), opacity: l.opacity };
     Ok(Art { name, layers: art.layers.into_iter().map(layer).collect(), warnings: art.warnings })
 }
 

@@ -2,25 +2,21 @@
 //!
 //! Everything that may overlap goes through [`overlap::resolve`], the only place that removes overlaps.
 
-<<<<<<< HEAD
 pub mod bundled;
-pub mod font;
-mod glyf;
-pub mod overlap;
-mod shaping;
-pub mod text;
-=======
 pub mod document;
 mod embedded;
+pub mod font;
+mod glyf;
 mod guard;
 pub mod layers;
 pub mod lyon;
 pub mod overlap;
 pub mod path;
+mod shaping;
 mod stroke;
 pub mod svg;
+pub mod text;
 mod walk;
->>>>>>> outline
 
 use crate::shape::{CubicBez, Shape};
 use glam::DVec2;
@@ -66,14 +62,12 @@ pub enum OutlineError {
         /// The reason.
         source: overlap::OverlapError,
     },
-<<<<<<< HEAD
     /// A font or a glyph cannot be used.
     #[error(transparent)]
     Font(#[from] font::FontError),
     /// A text cannot be set.
     #[error(transparent)]
     Text(#[from] text::TextError),
-=======
     /// Path data is no shape.
     #[error(transparent)]
     Path(#[from] path::PathError),
@@ -85,7 +79,6 @@ pub enum OutlineError {
         /// The reason.
         source: svg::SvgError,
     },
->>>>>>> outline
 }
 
 /// The contours of `shape` as one kurbo path; straight cubics become line elements.
