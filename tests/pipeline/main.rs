@@ -2,7 +2,9 @@
 
 mod film;
 mod fonts;
+mod mask;
 mod mesh;
 mod preset;
 mod scene;
+mod shape;
 mod text;
