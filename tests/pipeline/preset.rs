@@ -41,7 +41,10 @@ fn sign_and_reflection_fill_the_picture_whatever_the_proportions() {
             }
             assert!(extreme.max_element() > 0.8, "{size} in {aspect}: the picture is not filled, {extreme}");
             let eye = scene.camera.position;
-            assert!(eye.y > 0.0 && (eye - light.placement.origin).dot(light.placement.normal()) > 0.0, "the reader's side");
+            assert!(
+                eye.y > 0.0 && (eye - light.placement.origin).dot(light.placement.normal()) > 0.0,
+                "the reader's side"
+            );
             assert_eq!(eye.x, 0.0);
             // The floor reaches past the camera and out of sight.
             let reach = scene.triangles[0].vertices[0].position.abs().max_element();
