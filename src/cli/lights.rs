@@ -98,11 +98,6 @@ pub struct Art {
 }
 
 impl Source {
-    /// Whether anything is named.
-    pub fn is_given(&self) -> bool {
-        self.text.is_some() || self.svg.is_some() || self.path.is_some()
-    }
-
     /// Turns the source into shapes.
     pub fn art(&self, style: &Style) -> Result<Art, Error> {
         match (&self.text, &self.svg, &self.path) {
