@@ -22,7 +22,7 @@ pub struct PresetOptions {
 
 impl Default for PresetOptions {
     fn default() -> Self {
-        Self { name: "sign".into(), alpha: 0.15, floor: [0.4; 3], aspect: 16.0 / 9.0 }
+        Self { name: "sign".into(), alpha: 0.08, floor: [0.4; 3], aspect: 16.0 / 9.0 }
     }
 }
 
