@@ -1,5 +1,6 @@
 //! [`Film`]: the picture as linear Rec.709 radiance, in layers, and its files.
 
+pub mod diagram;
 pub mod display;
 mod exr;
 mod png;
@@ -126,23 +127,34 @@ impl Film {
         if pixels == 0 || layers != [pixels; 3] {
             return Err(FilmError::Size { path: path.into(), width: self.width, height: self.height, layers });
         }
-        let io = |source| FilmError::Io { path: path.into(), source };
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".glyphlight-");
-        // A temporary file is its owner's alone; a picture has the permissions of any new file.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let mut file = builder.tempfile_in(folder).map_err(io)?;
-        {
-            let mut out = BufWriter::new(file.as_file_mut());
-            match format {
-                Format::Png => png::encode(self, display, &mut out, path)?,
-                Format::Exr => exr::encode(self, &mut out, path)?,
-            }
-            out.flush().map_err(io)?;
-        }
-        file.persist(path).map_err(|e| io(e.error))?;
-        Ok(())
+        write_whole(path, |out| match format {
+            Format::Png => png::encode(self, display, out, path),
+            Format::Exr => exr::encode(self, out, path),
+        })
     }
+}
+
+/// Lets `fill` write a file that appears whole or not at all: it is written beside `path` under another name and then
+/// renamed, over whatever file was there.
+///
+/// # Errors
+/// What `fill` says, or the system; the latter with `path`.
+pub fn write_whole(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<&mut std::fs::File>) -> Result<(), FilmError>,
+) -> Result<(), FilmError> {
+    let io = |source| FilmError::Io { path: path.into(), source };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".glyphlight-");
+    // A temporary file is its owner's alone; a picture has the permissions of any new file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(folder).map_err(io)?;
+    let mut out = BufWriter::new(file.as_file_mut());
+    fill(&mut out)?;
+    out.flush().map_err(io)?;
+    drop(out);
+    file.persist(path).map_err(|e| io(e.error))?;
+    Ok(())
 }

@@ -17,7 +17,12 @@ pub(super) fn encode(film: &Film, display: &Display, out: impl Write, path: &Pat
         }
         bytes.extend(display.encode(radiance, x, y));
     }
+    encode_rgb(&bytes, film.width, film.height, out, path)
+}
+
+/// Encodes 8-bit sRGB pixels, row by row from the top.
+pub(super) fn encode_rgb(bytes: &[u8], width: u32, height: u32, out: impl Write, path: &Path) -> Result<(), FilmError> {
     PngEncoder::new_with_quality(out, CompressionType::Default, FilterType::Adaptive)
-        .write_image(&bytes, film.width, film.height, ExtendedColorType::Rgb8)
+        .write_image(bytes, width, height, ExtendedColorType::Rgb8)
         .map_err(|e| FilmError::Encode { path: path.into(), message: e.to_string() })
 }

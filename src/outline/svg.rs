@@ -2,6 +2,7 @@
 //!
 //! No file but the one given is ever read, and no font but those given is used.
 
+use super::bundled;
 use super::document;
 use super::guard::{GuardError, guarded};
 use super::layers::LayerError;
@@ -38,6 +39,14 @@ pub struct SvgOptions {
     pub fonts: Vec<FontBytes>,
     /// The family for text that names none, or one that is not given.
     pub font_family: String,
+}
+
+impl SvgOptions {
+    /// With the bundled fonts.
+    pub fn bundled(size: f64) -> Self {
+        let fonts = bundled::bundled().iter().map(|f| -> FontBytes { Arc::new(f.bytes) }).collect();
+        Self { size, fonts, font_family: bundled::DEFAULT_FAMILY.into() }
+    }
 }
 
 impl Default for SvgOptions {

@@ -1,7 +1,9 @@
 //! The test suite: one binary, one module per stage.
 
+mod cases;
 mod film;
 mod fonts;
+mod kernel;
 mod mask;
 mod mesh;
 mod preset;
