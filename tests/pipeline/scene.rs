@@ -48,8 +48,9 @@ fn folder() -> tempfile::TempDir {
     let svg = r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 4 4">
         <rect width="2" height="4" fill="#ff0000"/><rect x="2" width="2" height="4" fill="#808080" fill-opacity="0.5"/></svg>"##;
     std::fs::write(inner.join("logo.svg"), svg).unwrap();
-    let black = r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 4 4"><rect width="2" height="4"/></svg>"#;
-    std::fs::write(inner.join("black.svg"), black).unwrap();
+    let red =
+        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 4 4"><rect width="2" height="4" fill="red"/></svg>"#;
+    std::fs::write(inner.join("red.svg"), red).unwrap();
     dir
 }
 
@@ -165,14 +166,10 @@ fn svg_lights_have_their_colours() {
     let white = logo("svg_colors = false");
     assert_eq!((white.layers[0].radiance, white.layers[1].radiance), (DVec3::ONE, DVec3::splat(0.5)));
 
-    let black = scene(&format!("{CAMERA}[[light]]\nsvg = \"black.svg\"\n"));
-    assert!(
-        black.warnings.iter().any(|w| w.contains("black and does not shine; svg_colors = false")),
-        "{:?}",
-        black.warnings
-    );
-    let lit = scene(&format!("{CAMERA}[[light]]\nsvg = \"black.svg\"\nsvg_colors = false\n"));
-    assert_eq!((lit.warnings.len(), lit.scene.lights[0].layers[0].radiance), (0, DVec3::ONE));
+    let off = scene(&format!("{CAMERA}[[light]]\nsvg = \"red.svg\"\nradiance = [0, 1, 1]\n"));
+    assert!(off.warnings[0].contains("black and does not shine; svg_colors = false"), "{:?}", off.warnings);
+    let lit = scene(&format!("{CAMERA}[[light]]\nsvg = \"red.svg\"\nradiance = [0, 1, 1]\nsvg_colors = false\n"));
+    assert_eq!((lit.warnings.len(), lit.scene.lights[0].layers[0].radiance), (0, DVec3::new(0.0, 1.0, 1.0)));
 }
 
 #[test]
@@ -346,7 +343,7 @@ fn mistakes_name_file_line_key_value_and_limit() {
         (lamp("path = \"\""), "scene.toml:5: light[0].path = \"\""),
         (lamp("path = \"M0 0 L1 nan Z\""), "scene.toml:5: light[0].path = "),
         (
-            lamp("svg = \"black.svg\"\npower = 3"),
+            lamp("svg = \"red.svg\"\npower = 3\ncolor = \"#00ffff\""),
             "light[0].power = 3: no radiance gives this power, since the light is black",
         ),
         (lamp("svg = \"none.svg\""), "scene.toml:5: light[0].svg = \"none.svg\": there is no file"),

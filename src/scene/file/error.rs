@@ -94,7 +94,7 @@ pub enum SceneError {
         /// The value as written.
         value: String,
         /// What is wrong with it.
-        source: ResourceError,
+        source: Box<ResourceError>,
     },
 }
 

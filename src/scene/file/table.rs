@@ -152,7 +152,7 @@ impl<'d> Value<'d> {
     /// What the value names cannot be used.
     pub(super) fn resource(&self, source: impl Into<ResourceError>) -> SceneError {
         let value = self.document.quote(self.value.span());
-        SceneError::Resource { place: self.place(), value, source: source.into() }
+        SceneError::Resource { place: self.place(), value, source: Box::new(source.into()) }
     }
 
     /// A number within `limit`; integers count.
