@@ -7,7 +7,10 @@
 //! ```
 
 pub mod backend;
+pub mod brdf;
+pub mod color;
 pub mod film;
+pub mod kernel;
 pub mod light;
 pub mod outline;
 pub mod scene;

@@ -1,7 +1,18 @@
 //! Backends: the same request ([`Settings`]) and the same answer ([`Rendering`]) on CPU and GPU.
 
+pub mod cpu;
+pub mod exact;
+pub mod gather;
+pub mod prepared;
+mod sight;
+
 use crate::film::Film;
+use crate::kernel::surface::Rays;
 use crate::scene::Scene;
+use cpu::Surfaces;
+use glam::Vec3;
+use prepared::Prepared;
+use std::time::Instant;
 
 /// How a light's integral is evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -89,6 +100,14 @@ pub enum BackendError {
     /// The tolerance is not a positive number.
     #[error("tolerance {0} is not a positive number")]
     Tolerance(f32),
+    /// A light has no area.
+    #[error("light `{light}`: {source}")]
+    Light {
+        /// Name of the light.
+        light: String,
+        /// What is wrong with its shape.
+        source: crate::light::tree::TreeError,
+    },
     /// No adapter of the wanted kind.
     #[error("no GPU adapter: {0}")]
     NoAdapter(String),
@@ -116,4 +135,71 @@ pub enum BackendError {
 pub trait Backend {
     /// Renders `scene`. `stats` are complete even where nothing was shaded.
     fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError>;
+}
+
+impl Settings {
+    /// The direction (not unit) of the camera ray through a pixel; `offset` 0..1 from its upper left corner.
+    #[inline]
+    fn direction(&self, rays: &Rays, x: u32, y: u32, offset: [f32; 2]) -> Vec3 {
+        let ndc_x = (x as f32 + offset[0]) / self.width as f32 * 2.0 - 1.0;
+        let ndc_y = 1.0 - (y as f32 + offset[1]) / self.height as f32 * 2.0;
+        rays.direction(ndc_x, ndc_y)
+    }
+}
+
+/// What the surfaces of one pixel reflect, averaged over its samples.
+#[derive(Clone, Copy, Debug, Default)]
+struct Shaded {
+    diffuse: Vec3,
+    specular: Vec3,
+    /// Fraction of the samples that met a surface.
+    coverage: f32,
+}
+
+impl Shaded {
+    fn scale(&mut self, factor: f32) {
+        self.diffuse *= factor;
+        self.specular *= factor;
+        self.coverage *= factor;
+    }
+}
+
+/// Lays the lights over the shaded surfaces and the background.
+fn compose(
+    scene: &Scene,
+    prepared: &Prepared,
+    surfaces: &Surfaces<'_>,
+    settings: &Settings,
+    pixels: &[Shaded],
+) -> Film {
+    let sight = sight::see(prepared, surfaces, settings);
+    let background = Vec3::from_array(scene.background);
+    let mut film = Film::new(settings.width, settings.height);
+    for (i, pixel) in pixels.iter().enumerate() {
+        let through = sight.through[i];
+        film.diffuse[i] = (pixel.diffuse * through).to_array();
+        film.specular[i] = (pixel.specular * through).to_array();
+        film.emission[i] = (sight.emission[i] + background * ((1.0 - pixel.coverage) * through)).to_array();
+    }
+    film
+}
+
+/// Wall-clock times of stages, in order.
+struct Stopwatch {
+    since: Instant,
+    laps: Vec<(String, f64)>,
+}
+
+impl Default for Stopwatch {
+    fn default() -> Self {
+        Self { since: Instant::now(), laps: Vec::new() }
+    }
+}
+
+impl Stopwatch {
+    fn lap(&mut self, stage: &str) {
+        let now = Instant::now();
+        self.laps.push((stage.into(), now.duration_since(self.since).as_secs_f64()));
+        self.since = now;
+    }
 }

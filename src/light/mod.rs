@@ -1,5 +1,7 @@
 //! [`AreaLight`]: shapes with emission, placed in the world.
 
+pub mod tree;
+
 use crate::shape::Shape;
 use glam::{DMat3, DVec2, DVec3};
 

@@ -3,11 +3,20 @@
 //! Everything that may overlap goes through [`overlap::resolve`], the only place that removes overlaps.
 
 pub mod bundled;
+pub mod document;
+mod embedded;
 pub mod font;
 mod glyf;
+mod guard;
+pub mod layers;
+pub mod lyon;
 pub mod overlap;
+pub mod path;
 mod shaping;
+mod stroke;
+pub mod svg;
 pub mod text;
+mod walk;
 
 use crate::shape::{CubicBez, Shape};
 use glam::DVec2;
@@ -48,10 +57,21 @@ pub enum OutlineError {
     /// Overlap removal failed.
     #[error("{what}: {source}")]
     Overlap {
-        /// The element or glyph.
+        /// The glyph or element.
         what: String,
         /// The reason.
         source: overlap::OverlapError,
+    },
+    /// Path data is no shape.
+    #[error(transparent)]
+    Path(#[from] path::PathError),
+    /// An SVG file gave no light.
+    #[error("{name}: {source}")]
+    Svg {
+        /// The file.
+        name: String,
+        /// The reason.
+        source: svg::SvgError,
     },
     /// A font or a glyph cannot be used.
     #[error(transparent)]
@@ -121,6 +141,22 @@ fn closed_loops(path: &BezPath) -> Vec<Vec<CubicBez>> {
     }
     finish(&mut current, start, at);
     loops
+}
+
+/// A linear colour value from an sRGB one, both 0 to 1 (IEC 61966-2-1).
+fn linear_from_srgb(v: f64) -> f64 {
+    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
+/// The coordinates of a path element's points.
+fn coordinates(el: &PathEl) -> impl Iterator<Item = f64> + use<> {
+    let points = match *el {
+        PathEl::MoveTo(p) | PathEl::LineTo(p) => [Some(p), None, None],
+        PathEl::QuadTo(a, p) => [Some(a), Some(p), None],
+        PathEl::CurveTo(a, b, p) => [Some(a), Some(b), Some(p)],
+        PathEl::ClosePath => [None; 3],
+    };
+    points.into_iter().flatten().flat_map(|p| [p.x, p.y])
 }
 
 const fn point(p: DVec2) -> kurbo::Point {

@@ -9,25 +9,27 @@
 //!    ([`judge`]) the inside intervals of the result must be those of the input under the fill rule, with
 //!    winding 0 or 1 only. A refused or failed attempt is repeated at a coarser tolerance and turned by an angle.
 
-use super::{FillRule, closed_loops, point};
+use super::guard::{GuardError, guarded};
+use super::{FillRule, closed_loops, coordinates, point};
 use crate::shape::{Bounds, CubicBez, Shape, ShapeError};
 use glam::DVec2;
-use kurbo::{Affine, BezPath, PathEl};
+use kurbo::{Affine, BezPath};
 use linesweeper::topology::{BinaryWindingNumber, OneOfTwo, Topology};
-use std::sync::{Once, mpsc};
 use std::time::Duration;
 
 /// Most curves one overlap removal takes.
 pub const MAX_CURVES: usize = 200_000;
 /// Most crossings of curves with curves one overlap removal takes.
-pub const MAX_CROSSINGS: usize = 2_000_000;
+pub const MAX_CROSSINGS: usize = 500_000;
 /// Seconds after which an overlap removal is given up.
 pub const DEADLINE_SECONDS: u64 = 60;
+/// Bytes of stack for the boolean library.
+const STACK: usize = 8 << 20;
 
 /// Why overlaps could not be removed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OverlapError {
-    /// A coordinate is NaN or infinite.
+    /// A coordinate is NaN, infinite or beyond 1e150.
     #[error("path element {element}: coordinate {value} is not finite")]
     NotFinite {
         /// Index of the path element.
@@ -141,7 +143,7 @@ const ATTEMPTS: [(f64, f64); 4] =
 
 fn combine(a: &BezPath, b: &BezPath, rule: Rule) -> Result<Shape, OverlapError> {
     for (element, el) in a.elements().iter().chain(b.elements()).enumerate() {
-        if let Some(value) = coordinates(el).into_iter().find(|v| !v.is_finite()) {
+        if let Some(value) = coordinates(el).find(|v| v.is_nan() || v.abs() > 1e150) {
             return Err(OverlapError::NotFinite { element, value });
         }
     }
@@ -173,8 +175,8 @@ fn combine(a: &BezPath, b: &BezPath, rule: Rule) -> Result<Shape, OverlapError> 
         let [a, b] = sets.each_ref().map(|set| turn * sweep_input(set));
         let swept = match sweep(a, b, rule, closeness) {
             Ok(swept) => swept,
-            Err(SweepFailure::TimedOut) => return Err(OverlapError::TimedOut { curves, limit: DEADLINE_SECONDS }),
-            Err(SweepFailure::Failed(message)) => {
+            Err(GuardError::TimedOut) => return Err(OverlapError::TimedOut { curves, limit: DEADLINE_SECONDS }),
+            Err(GuardError::Failed(message)) => {
                 reason = format!("the boolean library failed: {message}");
                 continue;
             }
@@ -198,16 +200,6 @@ fn combine(a: &BezPath, b: &BezPath, rule: Rule) -> Result<Shape, OverlapError> 
         }
     }
     Err(OverlapError::Refused { curves, reason })
-}
-
-fn coordinates(el: &PathEl) -> Vec<f64> {
-    let points = match *el {
-        PathEl::MoveTo(p) | PathEl::LineTo(p) => vec![p],
-        PathEl::QuadTo(a, p) => vec![a, p],
-        PathEl::CurveTo(a, b, p) => vec![a, b, p],
-        PathEl::ClosePath => vec![],
-    };
-    points.into_iter().flat_map(|p| [p.x, p.y]).collect()
 }
 
 /// The map between light space and working space.
@@ -291,45 +283,15 @@ fn sweep_input(loops: &[Vec<CubicBez>]) -> BezPath {
     path
 }
 
-enum SweepFailure {
-    TimedOut,
-    Failed(String),
-}
-
-/// The name of the threads in which linesweeper runs; their panics are caught and reported, not printed.
-const THREAD: &str = "glyphlight-overlap";
-
-fn sweep(a: BezPath, b: BezPath, rule: Rule, closeness: f64) -> Result<Vec<BezPath>, SweepFailure> {
-    static QUIET: Once = Once::new();
-    QUIET.call_once(|| {
-        let print = std::panic::take_hook();
-        std::panic::set_hook(Box::new(move |info| {
-            if std::thread::current().name() != Some(THREAD) {
-                print(info);
-            }
-        }));
-    });
-    let run = move || {
+fn sweep(a: BezPath, b: BezPath, rule: Rule, closeness: f64) -> Result<Vec<BezPath>, GuardError> {
+    let work = move || {
         let sets = [(&a, OneOfTwo::A), (&b, OneOfTwo::B)];
         let topology = Topology::<BinaryWindingNumber>::from_paths(sets, closeness)
-            .map_err(|e| SweepFailure::Failed(format!("{e:?}")))?;
+            .map_err(|e| GuardError::Failed(format!("{e:?}")))?;
         let contours = topology.contours(|w| rule.is_inside(w.shape_a, w.shape_b));
         Ok(contours.into_contours().map(|c| c.path).collect())
     };
-    let (sender, receiver) = mpsc::channel();
-    let guarded = move || {
-        let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).unwrap_or_else(|panic| {
-            let text = panic.downcast_ref::<String>().map(String::as_str);
-            let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
-            Err(SweepFailure::Failed(text.unwrap_or("it panicked").to_owned()))
-        });
-        // Nobody listens any more once the deadline has passed.
-        drop(sender.send(result));
-    };
-    if let Err(e) = std::thread::Builder::new().name(THREAD.to_owned()).spawn(guarded) {
-        return Err(SweepFailure::Failed(e.to_string()));
-    }
-    receiver.recv_timeout(Duration::from_secs(DEADLINE_SECONDS)).unwrap_or(Err(SweepFailure::TimedOut))
+    guarded("overlap", STACK, Duration::from_secs(DEADLINE_SECONDS), work)?
 }
 
 /// Welds curves shorter than [`SPECK`] to the one before, and drops loops thinner than [`SLIVER`].
@@ -480,6 +442,6 @@ mod tests {
         open.move_to((0.0, 0.0));
         open.line_to((1.0, 0.0));
         let rule = Rule { fill: FillRule::NonZero, set: Set::Union };
-        assert!(matches!(sweep(open, BezPath::new(), rule, 1e-6), Err(SweepFailure::Failed(_))));
+        assert!(matches!(sweep(open, BezPath::new(), rule, 1e-6), Err(GuardError::Failed(_))));
     }
 }

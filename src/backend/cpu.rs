@@ -1,0 +1,189 @@
+//! The CPU backend: rows of pixels over rayon, no driver needed.
+
+use super::gather::{Images, Skip};
+use super::prepared::Prepared;
+use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique};
+use crate::brdf::ltc::Table;
+use crate::kernel::frame::ShadingFrame;
+use crate::kernel::surface::{Hit, SurfacePoint, intersect, surface_point};
+use crate::scene::Scene;
+use glam::{Vec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh_from_tris;
+use obvhs::ray::{Ray, RayHit};
+use obvhs::triangle::Triangle;
+use rayon::prelude::*;
+
+/// Renders on the processor.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CpuBackend;
+
+/// The surfaces as a camera ray meets them.
+pub struct Surfaces<'a> {
+    prepared: &'a Prepared,
+    bvh: Option<CwBvh>,
+}
+
+impl<'a> Surfaces<'a> {
+    /// Builds the bounding volume hierarchy.
+    pub fn new(prepared: &'a Prepared) -> Self {
+        let corners = |t: &crate::kernel::surface::SurfaceTriangle| {
+            let p = Vec3A::from(t.p0.truncate());
+            Triangle { v0: p, v1: p + Vec3A::from(t.e1.truncate()), v2: p + Vec3A::from(t.e2.truncate()) }
+        };
+        let triangles: Vec<_> = prepared.triangles.iter().map(corners).collect();
+        let mut elapsed = core::time::Duration::ZERO;
+        let bvh = (!triangles.is_empty())
+            .then(|| build_cwbvh_from_tris(&triangles, BvhBuildParams::medium_build(), &mut elapsed));
+        Self { prepared, bvh }
+    }
+
+    /// The nearest triangle along `direction` from the camera.
+    pub fn nearest(&self, direction: Vec3) -> Option<(usize, Hit)> {
+        let bvh = self.bvh.as_ref()?;
+        let ray = Ray::new_inf(Vec3A::ZERO, direction.into());
+        let mut hit = RayHit::none();
+        let triangle = |id: usize| bvh.primitive_indices[id] as usize;
+        bvh.ray_traverse(ray, &mut hit, |_, id| {
+            intersect(&self.prepared.triangles[triangle(id)], direction).map_or(f32::INFINITY, |h| h.t)
+        });
+        if hit.t == f32::INFINITY {
+            return None;
+        }
+        let index = triangle(hit.primitive_id as usize);
+        intersect(&self.prepared.triangles[index], direction).map(|hit| (index, hit))
+    }
+}
+
+/// What one row of pixels has cost.
+#[derive(Clone, Debug)]
+struct Counters {
+    shaded: u64,
+    integrals: u64,
+    nodes: u64,
+    lights: Vec<LightStats>,
+}
+
+impl Counters {
+    fn new(scene: &Scene) -> Self {
+        let lights = scene.lights.iter().map(|l| LightStats { name: l.name.clone(), ..LightStats::default() });
+        Self { shaded: 0, integrals: 0, nodes: 0, lights: lights.collect() }
+    }
+
+    fn plus(mut self, other: Self) -> Self {
+        self.shaded += other.shaded;
+        self.integrals += other.integrals;
+        self.nodes += other.nodes;
+        for (a, b) in self.lights.iter_mut().zip(other.lights) {
+            a.candidates += b.candidates;
+            a.behind += b.behind;
+            a.below_horizon += b.below_horizon;
+            a.no_lobe += b.no_lobe;
+        }
+        self
+    }
+}
+
+impl Backend for CpuBackend {
+    fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError> {
+        let mut watch = Stopwatch::default();
+        let prepared = Prepared::new(scene, settings)?;
+        watch.lap("trees");
+        let surfaces = Surfaces::new(&prepared);
+        watch.lap("surfaces");
+        let table = Table::shipped();
+        let width = settings.width as usize;
+        let mut pixels = vec![Shaded::default(); width * settings.height as usize];
+        let counters = pixels
+            .par_chunks_mut(width)
+            .enumerate()
+            .map(|(y, row)| {
+                let mut counters = Counters::new(scene);
+                for (x, pixel) in row.iter_mut().enumerate() {
+                    for &offset in &prepared.offsets {
+                        let direction = settings.direction(&prepared.rays, x as u32, y as u32, offset);
+                        let Some((index, hit)) = surfaces.nearest(direction) else { continue };
+                        let point = surface_point(
+                            &prepared.triangles[index],
+                            &prepared.materials,
+                            &prepared.textures(),
+                            &prepared.rays,
+                            direction,
+                            hit,
+                        );
+                        let [diffuse, specular] = shade(&prepared, table, settings, &point, &mut counters);
+                        pixel.diffuse += diffuse;
+                        pixel.specular += specular;
+                        pixel.coverage += 1.0;
+                    }
+                    pixel.scale(1.0 / settings.samples as f32);
+                }
+                counters
+            })
+            .reduce(|| Counters::new(scene), Counters::plus);
+        watch.lap("shading");
+        let film = super::compose(scene, &prepared, &surfaces, settings, &pixels);
+        watch.lap("lights in view");
+        let stats = Stats {
+            backend: "cpu".into(),
+            device: format!("{} threads", rayon::current_num_threads()),
+            stages: watch.laps,
+            shaded: counters.shaded,
+            integrals: counters.integrals,
+            nodes: counters.nodes,
+            lights: counters.lights,
+        };
+        Ok(Rendering { film, stats })
+    }
+}
+
+/// Diffuse and specular radiance of a point towards the eye.
+fn shade(
+    prepared: &Prepared,
+    table: &Table,
+    settings: &Settings,
+    point: &SurfacePoint,
+    counters: &mut Counters,
+) -> [Vec3; 2] {
+    counters.shaded += 1;
+    let position = point.position.as_dvec3();
+    let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
+    let reflectance = point.reflectance(table, frame.cos_theta as f32);
+    let [mut diffuse, mut specular] = [Vec3::ZERO; 2];
+    for emitter in &prepared.emitters {
+        let stats = &mut counters.lights[emitter.light];
+        stats.candidates += 2;
+        let images = match Images::new(emitter, &frame, position) {
+            Ok(images) => images,
+            Err(_) => {
+                stats.behind += 2;
+                continue;
+            }
+        };
+        let lobes =
+            [(None, reflectance.diffuse, &mut diffuse), (Some(&reflectance.lobe), reflectance.specular, &mut specular)];
+        for (lobe, weight, sum) in lobes {
+            let weight = weight * emitter.radiance;
+            let brightest = weight.max_element();
+            if brightest <= 0.0 {
+                stats.no_lobe += 1;
+                continue;
+            }
+            let tolerance = match settings.technique {
+                Technique::Tree => settings.tolerance / brightest,
+                Technique::Exact => 0.0,
+            };
+            match images.integral(emitter, lobe, tolerance, settings.technique) {
+                Ok(integral) => {
+                    counters.integrals += 1;
+                    counters.nodes += u64::from(integral.visited);
+                    *sum += weight * integral.value as f32;
+                }
+                Err(Skip::Behind) => stats.behind += 1,
+                Err(Skip::BelowHorizon) => stats.below_horizon += 1,
+            }
+        }
+    }
+    [diffuse, specular]
+}

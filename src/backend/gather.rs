@@ -1,0 +1,98 @@
+//! The integral of one emission at one shading point, in f64 up to the map: what the CPU backend and the light
+//! meter share.
+
+use super::Technique;
+use super::exact::{ExactMap, exact_integral};
+use super::prepared::Emitter;
+use crate::brdf::ltc::Lobe;
+use crate::kernel::frame::ShadingFrame;
+use crate::kernel::horizon::{Clip, Height, TrueHorizon};
+use crate::kernel::map::CosineMap;
+use crate::kernel::tree::tree_integral;
+use glam::DVec3;
+
+/// Why an integral is zero without having been evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Skip {
+    /// The point is behind a one-sided light or in its plane.
+    Behind,
+    /// The light is wholly below a horizon.
+    BelowHorizon,
+}
+
+/// An integral and what it cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gathered {
+    /// Normalised: 1 for a full hemisphere.
+    pub value: f64,
+    /// Tree nodes visited.
+    pub visited: u32,
+}
+
+/// The light's axes and origin in the shading frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Images {
+    /// Of the light-space x axis, y axis and origin.
+    c: [DVec3; 3],
+    /// Whether the point sees the light's back.
+    back: bool,
+}
+
+impl Images {
+    /// For a point relative to the camera. An emission that does not reach the point is skipped.
+    pub fn new(emitter: &Emitter, frame: &ShadingFrame, position: DVec3) -> Result<Self, Skip> {
+        let p = &emitter.placement;
+        let to_light = p.origin - position;
+        let front = -p.normal().dot(to_light);
+        if front == 0.0 || (front < 0.0 && !emitter.two_sided) {
+            return Err(Skip::Behind);
+        }
+        Ok(Self { c: [frame.to_local(p.x), frame.to_local(p.y), frame.to_local(to_light)], back: front < 0.0 })
+    }
+
+    /// The clamped-cosine integral over the light: of the plain cosine, or of a lobe clipped at both horizons.
+    pub fn integral(
+        &self,
+        emitter: &Emitter,
+        lobe: Option<&Lobe>,
+        tolerance: f32,
+        technique: Technique,
+    ) -> Result<Gathered, Skip> {
+        let c = match lobe {
+            Some(lobe) => {
+                let m_inv = lobe.m_inv.mat3().as_dmat3();
+                self.c.map(|v| m_inv * v)
+            }
+            None => self.c,
+        };
+        match technique {
+            Technique::Tree => self.by_tree(c, emitter, lobe, tolerance),
+            Technique::Exact => Ok(self.exactly(c, emitter, lobe)),
+        }
+    }
+
+    fn by_tree(&self, c: [DVec3; 3], emitter: &Emitter, lobe: Option<&Lobe>, tolerance: f32) -> Result<Gathered, Skip> {
+        let tree = &emitter.tree;
+        let map = CosineMap::new(c, tree.center, tree.half).ok_or(Skip::Behind)?;
+        let truth = lobe.map(|lobe| {
+            let form = map.height_form(self.c.map(|v| v.z), tree.center, tree.half);
+            TrueHorizon { axis: lobe.m_row_z, height: Height::new(&map, form) }
+        });
+        let root = &tree.nodes[0];
+        let clip = Clip::new(&map, truth.as_ref(), root.center - map.foot, root.half).ok_or(Skip::BelowHorizon)?;
+        let integral = tree_integral(&map, &clip, tree.view(), tolerance);
+        let value = if self.back { -integral.value } else { integral.value };
+        Ok(Gathered { value: f64::from(value.max(0.0)), visited: integral.visited })
+    }
+
+    fn exactly(&self, c: [DVec3; 3], emitter: &Emitter, lobe: Option<&Lobe>) -> Gathered {
+        let horizon = lobe.map(|lobe| lobe.m_row_z.as_dvec3());
+        let value = if self.back {
+            let [x, y, origin] = c;
+            exact_integral(&ExactMap { c: [-x, y, origin], horizon }, &emitter.from_behind())
+        } else {
+            exact_integral(&ExactMap { c, horizon }, &emitter.shape)
+        };
+        Gathered { value: value.max(0.0), visited: 0 }
+    }
+}

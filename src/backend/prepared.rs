@@ -1,0 +1,196 @@
+//! A scene made ready for shading: flat arrays, relative to the camera, that both backends read.
+
+use super::{BackendError, Settings};
+use crate::kernel::surface::{NO_TEXTURE, Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle, Textures};
+use crate::light::Placement;
+use crate::light::tree::Tree;
+use crate::scene::{Material, Scene, Texture, Triangle};
+use crate::shape::Shape;
+use glam::{DAffine2, DVec2, DVec3, Vec3, Vec4};
+
+/// One emission of one light, with its tree.
+#[derive(Clone, Debug)]
+pub struct Emitter {
+    /// Index of the light in the scene.
+    pub light: usize,
+    /// Light space to the world relative to the camera; right-handed with the lit side.
+    pub placement: Placement,
+    /// Radiance, linear Rec.709.
+    pub radiance: Vec3,
+    /// Opacity towards the camera.
+    pub opacity: f32,
+    /// Whether the back emits.
+    pub two_sided: bool,
+    /// The region.
+    pub shape: Shape,
+    /// Its tree.
+    pub tree: Tree,
+}
+
+/// The scene as the backends read it. Positions are relative to `eye`.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// The camera's place in the world.
+    pub eye: DVec3,
+    /// Ray directions.
+    pub rays: Rays,
+    /// Triangles.
+    pub triangles: Vec<SurfaceTriangle>,
+    /// Materials.
+    pub materials: Vec<SurfaceMaterial>,
+    /// Where each texture's texels lie.
+    pub textures: Vec<SurfaceTexture>,
+    /// Texels of all textures and levels.
+    pub texels: Vec<u32>,
+    /// Emissions in the order of lights and layers.
+    pub emitters: Vec<Emitter>,
+    /// Sample positions in the pixel, both coordinates 0..1, x right, y down.
+    pub offsets: Vec<[f32; 2]>,
+}
+
+impl Prepared {
+    /// Prepares `scene` for a picture. Builds one tree per emission.
+    pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, BackendError> {
+        let Settings { width, height, samples, tolerance, .. } = *settings;
+        if !(1..=16384).contains(&width) || !(1..=16384).contains(&height) || !(1..=4096).contains(&samples) {
+            return Err(BackendError::Size { width, height, samples });
+        }
+        if !(tolerance.is_finite() && tolerance > 0.0) {
+            return Err(BackendError::Tolerance(tolerance));
+        }
+        let frame = scene.camera.frame(f64::from(width) / f64::from(height));
+        let pixel = 2.0 * frame.up.length() / f64::from(height);
+        let footprint = pixel / f64::from(samples).sqrt();
+        let rays = Rays {
+            forward: frame.forward.as_vec3().extend(footprint as f32),
+            right: frame.right.as_vec3().extend(0.0),
+            up: frame.up.as_vec3().extend(0.0),
+        };
+        let eye = scene.camera.position;
+        let (textures, texels) = pack_textures(&scene.textures);
+        Ok(Self {
+            eye,
+            rays,
+            triangles: scene.triangles.iter().map(|t| pack_triangle(t, eye)).collect(),
+            materials: scene.materials.iter().map(pack_material).collect(),
+            textures,
+            texels,
+            emitters: emitters(scene)?,
+            offsets: offsets(samples),
+        })
+    }
+
+    /// The textures as the kernel reads them.
+    pub fn textures(&self) -> Textures<'_> {
+        Textures { textures: &self.textures, texels: &self.texels }
+    }
+}
+
+/// One emitter for each layer of each light, relative to the camera.
+fn emitters(scene: &Scene) -> Result<Vec<Emitter>, BackendError> {
+    let mut emitters = Vec::new();
+    for (index, light) in scene.lights.iter().enumerate() {
+        for layer in &light.layers {
+            let tree =
+                Tree::new(&layer.shape).map_err(|source| BackendError::Light { light: light.name.clone(), source })?;
+            let mut placement = light.placement;
+            placement.origin -= scene.camera.position;
+            emitters.push(Emitter {
+                light: index,
+                placement,
+                radiance: layer.radiance.as_vec3(),
+                opacity: layer.opacity as f32,
+                two_sided: light.two_sided,
+                shape: layer.shape.clone(),
+                tree,
+            });
+        }
+    }
+    Ok(emitters)
+}
+
+impl Emitter {
+    /// The shape as a reader behind the light sees it: mirrored in x.
+    pub fn from_behind(&self) -> Shape {
+        self.shape.transformed(DAffine2::from_scale(DVec2::new(-1.0, 1.0)))
+    }
+}
+
+/// Sample positions: the centre for one, the R2 sequence (Roberts 2018) for more.
+fn offsets(samples: u32) -> Vec<[f32; 2]> {
+    const R2: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+    (0..samples).map(|s| R2.map(|r| (0.5 + r * f64::from(s)).fract() as f32)).collect()
+}
+
+fn pack_triangle(triangle: &Triangle, eye: DVec3) -> SurfaceTriangle {
+    let [a, b, c] = triangle.vertices;
+    let relative = |p: DVec3| p - eye;
+    let (e1, e2) = ((b.position - a.position).as_vec3(), (c.position - a.position).as_vec3());
+    let area = e1.cross(e2).length();
+    let uv_area = (b.uv - a.uv).perp_dot(c.uv - a.uv).abs();
+    let density = if area > 0.0 { (uv_area / area).sqrt() } else { 0.0 };
+    SurfaceTriangle {
+        p0: relative(a.position).as_vec3().extend(density),
+        e1: e1.extend(a.uv.x),
+        e2: e2.extend(a.uv.y),
+        n0: a.normal.extend(b.uv.x),
+        n1: b.normal.extend(b.uv.y),
+        n2: c.normal.extend(c.uv.x),
+        t0: a.tangent,
+        t1: b.tangent.truncate().extend(c.uv.y),
+        t2: c.tangent.truncate().extend(f32::from_bits(triangle.material)),
+    }
+}
+
+fn pack_material(m: &Material) -> SurfaceMaterial {
+    SurfaceMaterial {
+        base_color: Vec3::from_array(m.base_color).extend(m.metallic),
+        alpha: m.alpha,
+        specular: m.specular,
+        normal_scale: m.normal_scale,
+        base_color_texture: m.base_color_texture.unwrap_or(NO_TEXTURE),
+        metallic_roughness_texture: m.metallic_roughness_texture.unwrap_or(NO_TEXTURE),
+        normal_texture: m.normal_texture.unwrap_or(NO_TEXTURE),
+        pad: [0; 2],
+    }
+}
+
+/// All levels of all textures, one after the other.
+fn pack_textures(textures: &[Texture]) -> (Vec<SurfaceTexture>, Vec<u32>) {
+    let mut texels = Vec::new();
+    let mut packed = Vec::new();
+    for texture in textures {
+        let offset = texels.len() as u32;
+        let (mut width, mut height) = (texture.width, texture.height);
+        let mut level: Vec<Vec4> = texture.texels.iter().map(|&t| decode(t, texture.srgb)).collect();
+        texels.extend_from_slice(&texture.texels);
+        let mut levels = 1;
+        while width > 1 || height > 1 {
+            let (w, h) = ((width / 2).max(1), (height / 2).max(1));
+            let at = |x: u32, y: u32| level[(y.min(height - 1) * width + x.min(width - 1)) as usize];
+            let box_filter = |i: u32| {
+                let (x, y) = (i % w * 2, i / w * 2);
+                (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1)) * 0.25
+            };
+            level = (0..w * h).map(box_filter).collect();
+            (width, height) = (w, h);
+            levels += 1;
+            texels.extend(level.iter().map(|&t| encode(t, texture.srgb)));
+        }
+        packed.push(SurfaceTexture { offset, width: texture.width, height: texture.height, levels });
+    }
+    (packed, texels)
+}
+
+/// A texel to linear values. Levels are averaged in linear light.
+fn decode(texel: u32, srgb: bool) -> Vec4 {
+    let c = Vec4::from_array(texel.to_le_bytes().map(|b| f32::from(b) / 255.0));
+    let linear = |v: f32| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
+    if srgb { Vec4::new(linear(c.x), linear(c.y), linear(c.z), c.w) } else { c }
+}
+
+fn encode(c: Vec4, srgb: bool) -> u32 {
+    let gamma = |v: f32| if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    let c = if srgb { Vec4::new(gamma(c.x), gamma(c.y), gamma(c.z), c.w) } else { c };
+    u32::from_le_bytes(c.to_array().map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8))
+}

@@ -1,0 +1,345 @@
+//! The table of linearly transformed cosines and its look-up. WGSL twin: `shaders/ltc.wgsl`.
+//!
+//! Symbols, in the shading frame (z = normal, x = tangential part of the view direction):
+//!
+//! | symbol | meaning |
+//! |---|---|
+//! | v, θ | view direction (sin θ, 0, cos θ) |
+//! | r | mirror direction (−sin θ, 0, cos θ): the lobe leans to −x |
+//! | M | world of the lobe from cosine space: D(ω) = D_o(M⁻¹ω/\|M⁻¹ω\|)·det M⁻¹/\|M⁻¹ω\|³, D_o = max(z, 0)/π |
+//! | c, s | cos θ, sin θ |
+//!
+//! Heitz, Dupuy, Hill, Neubelt, *Real-Time Polygonal-Light Shading with Linearly Transformed Cosines*, SIGGRAPH 2016.
+//! The published matrix pins the lobe's own horizon to its mean direction; here all four degrees of freedom of a
+//! lobe that is symmetric about the plane of incidence are fitted. What is stored is M up to a factor, with the lobe's
+//! axis seen from the mirror direction and with α taken out, so that it is finite and smooth down to a mirror and
+//! out to grazing view, and so that the reflection is where the mirror puts it whatever lies between two nodes:
+//!
+//! ```text
+//!     ⎡ α·ux  0     tx ⎤
+//! M = ⎢ 0     α·β²  0  ⎥     (tx, tz) = α·τx·(c, s) + τz·(−s, c)
+//!     ⎣ α·uz  0     tz ⎦
+//! ```
+
+use glam::{Mat3, Vec3, Vec4};
+use std::sync::LazyLock;
+
+/// Smallest α of the table; [`Table::lobe`] clamps to it.
+pub const ALPHA_MIN: f32 = 1e-4;
+
+const MAGIC: [u8; 8] = *b"GLYPHLTC";
+const VERSION: u32 = 1;
+const HEADER_BYTES: usize = 48;
+const CHANNELS: usize = 7;
+
+/// M⁻¹ times a positive factor: the density of a linearly transformed cosine doesn't depend on that factor.
+///
+/// Mirror symmetry about the plane of incidence leaves five entries.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InverseMatrix {
+    /// Row x, column x.
+    pub xx: f32,
+    /// Row x, column z.
+    pub xz: f32,
+    /// Row y, column y.
+    pub yy: f32,
+    /// Row z, column x.
+    pub zx: f32,
+    /// Row z, column z.
+    pub zz: f32,
+}
+
+impl InverseMatrix {
+    /// M⁻¹·w: shading frame to cosine space.
+    #[inline]
+    pub fn apply(&self, w: Vec3) -> Vec3 {
+        Vec3::new(self.xx * w.x + self.xz * w.z, self.yy * w.y, self.zx * w.x + self.zz * w.z)
+    }
+
+    /// The full matrix.
+    pub fn mat3(&self) -> Mat3 {
+        Mat3::from_cols_array(&[self.xx, 0.0, self.zx, 0.0, self.yy, 0.0, self.xz, 0.0, self.zz])
+    }
+}
+
+/// One linearly transformed cosine, ready for integration.
+///
+/// The reflected radiance of a light clipped at both horizons is `radiance · E · albedo / above`, where E is the integral
+/// of DESIGN's §3 in cosine space over the directions with z > 0 and `m_row_z`·p > 0, and albedo =
+/// F0·(magnitude − fresnel) + F90·fresnel. Without the second clip leave `above` out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lobe {
+    /// M⁻¹ up to a positive factor.
+    pub m_inv: InverseMatrix,
+    /// Third row of M up to a positive factor: the true surface's normal as a covector of cosine space; y is 0.
+    pub m_row_z: Vec3,
+    /// Directional albedo with Fresnel = 1.
+    pub magnitude: f32,
+    /// The part of the albedo weighted by (1 − v·h)⁵.
+    pub fresnel: f32,
+    /// 1 − the lobe's mass below the true horizon, (½, 1].
+    pub above: f32,
+}
+
+/// What is stored at a node, and what [`Table::lobe`] interpolates: see the head of this file.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Entry {
+    /// First column of M, x, divided by α; (ux, uz) is a unit vector, square to the normal of the lobe's horizon.
+    pub ux: f32,
+    /// First column of M, z, divided by α.
+    pub uz: f32,
+    /// Root of the y entry of M divided by α: 1 for a round lobe.
+    pub beta: f32,
+    /// Third column of M, the lobe's axis: its part square to the mirror direction, divided by α.
+    pub tau_x: f32,
+    /// Its part along the mirror direction: ½ for a mirror at normal view.
+    pub tau_z: f32,
+    /// Directional albedo with Fresnel = 1.
+    pub magnitude: f32,
+    /// The part of the albedo weighted by (1 − v·h)⁵.
+    pub fresnel: f32,
+}
+
+impl Entry {
+    fn to_channels(self) -> [f32; CHANNELS] {
+        [self.ux, self.uz, self.beta, self.tau_x, self.tau_z, self.magnitude, self.fresnel]
+    }
+
+    fn from_channels([ux, uz, beta, tau_x, tau_z, magnitude, fresnel]: [f32; CHANNELS]) -> Self {
+        Self { ux, uz, beta, tau_x, tau_z, magnitude, fresnel }
+    }
+}
+
+/// Why bytes are not a table.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum TableError {
+    /// Not a table, or of another version.
+    #[error("not an LTC table of version {VERSION}: the head reads {0:02x?}")]
+    Magic(Vec<u8>),
+    /// Fewer or more bytes than the head promises.
+    #[error("LTC table of {alphas} × {thetas} entries: {found} bytes instead of {expected}")]
+    Length {
+        /// Rows (α) by the head.
+        alphas: u32,
+        /// Columns (θ) by the head.
+        thetas: u32,
+        /// Bytes needed.
+        expected: usize,
+        /// Bytes given.
+        found: usize,
+    },
+    /// The bytes changed since they were written.
+    #[error("LTC table: checksum {found:#010x} instead of {expected:#010x}")]
+    Checksum {
+        /// By the head.
+        expected: u32,
+        /// Of the entries.
+        found: u32,
+    },
+    /// Sizes that no fit makes, or another α axis.
+    #[error("LTC table: {alphas} × {thetas} entries from alpha {alpha_min}: needs at least 2 × 2 from {ALPHA_MIN}")]
+    Axes {
+        /// Rows (α).
+        alphas: u32,
+        /// Columns (θ).
+        thetas: u32,
+        /// First α.
+        alpha_min: f32,
+    },
+    /// An entry that is no lobe.
+    #[error("LTC table: entry {row}, {column} is not a finite lobe of positive width")]
+    Entry {
+        /// Index along α.
+        row: usize,
+        /// Index along θ.
+        column: usize,
+    },
+}
+
+/// The quadrature a table was fitted with, kept in its head.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Provenance {
+    /// Half vectors: rings and azimuths of half a turn.
+    pub half_vectors: [u32; 2],
+    /// Directions of the hemisphere: heights and azimuths of half a turn.
+    pub hemisphere: [u32; 2],
+    /// 1 = free tilt of the lobe's horizon, 0 = pinned to the mean direction.
+    pub free_tilt: bool,
+}
+
+/// Lobes over (√α, √(1 − cos θ)), both axes in equal steps: α from [`ALPHA_MIN`] to 1, θ from 0 to 90°.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    alphas: usize,
+    thetas: usize,
+    provenance: Provenance,
+    /// Rows of equal α: ux, uz, β, τx | τz, magnitude, fresnel, 0.
+    texels: Vec<[Vec4; 2]>,
+}
+
+impl Table {
+    /// The table that ships with the crate, made by `glyphlight fit` (see `src/brdf/ltc_table.md`).
+    pub fn shipped() -> &'static Self {
+        static SHIPPED: LazyLock<Table> = LazyLock::new(|| {
+            Table::parse(include_bytes!("ltc_table.bin")).expect("the built-in LTC table is checked by the test suite")
+        });
+        &SHIPPED
+    }
+
+    /// A table from its entries, rows of equal α.
+    ///
+    /// # Errors
+    /// [`TableError::Axes`], [`TableError::Length`] or [`TableError::Entry`].
+    pub fn new(alphas: usize, thetas: usize, provenance: Provenance, entries: &[Entry]) -> Result<Self, TableError> {
+        if alphas < 2 || thetas < 2 {
+            return Err(TableError::Axes { alphas: alphas as u32, thetas: thetas as u32, alpha_min: ALPHA_MIN });
+        }
+        if entries.len() != alphas * thetas {
+            let (expected, found) = (alphas * thetas * CHANNELS * 4, entries.len() * CHANNELS * 4);
+            return Err(TableError::Length { alphas: alphas as u32, thetas: thetas as u32, expected, found });
+        }
+        for (k, e) in entries.iter().enumerate() {
+            let sound =
+                e.to_channels().iter().all(|v| v.is_finite()) && e.ux > 0.0 && e.beta > 0.0 && e.magnitude > 0.0;
+            if !sound {
+                return Err(TableError::Entry { row: k / thetas, column: k % thetas });
+            }
+        }
+        let texel =
+            |e: &Entry| [Vec4::new(e.ux, e.uz, e.beta, e.tau_x), Vec4::new(e.tau_z, e.magnitude, e.fresnel, 0.0)];
+        Ok(Self { alphas, thetas, provenance, texels: entries.iter().map(texel).collect() })
+    }
+
+    /// Reads what [`Table::to_bytes`] wrote.
+    ///
+    /// # Errors
+    /// Any [`TableError`].
+    pub fn parse(bytes: &[u8]) -> Result<Self, TableError> {
+        let u32_at = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
+        if bytes.len() < HEADER_BYTES || bytes[..8] != MAGIC || u32_at(8) != VERSION {
+            return Err(TableError::Magic(bytes[..bytes.len().min(12)].to_vec()));
+        }
+        let (alphas, thetas, alpha_min) = (u32_at(12), u32_at(16), f32::from_bits(u32_at(20)));
+        if alphas < 2 || thetas < 2 || alphas > 4096 || thetas > 4096 || alpha_min != ALPHA_MIN {
+            return Err(TableError::Axes { alphas, thetas, alpha_min });
+        }
+        let expected = HEADER_BYTES + alphas as usize * thetas as usize * CHANNELS * 4;
+        if bytes.len() != expected {
+            return Err(TableError::Length { alphas, thetas, expected, found: bytes.len() });
+        }
+        let provenance = Provenance {
+            half_vectors: [u32_at(24), u32_at(28)],
+            hemisphere: [u32_at(32), u32_at(36)],
+            free_tilt: u32_at(40) == 1,
+        };
+        let (expected, found) = (u32_at(44), fnv1a(&bytes[HEADER_BYTES..]));
+        if expected != found {
+            return Err(TableError::Checksum { expected, found });
+        }
+        let count = alphas as usize * thetas as usize;
+        let entry = |k: usize| {
+            Entry::from_channels(std::array::from_fn(|c| f32::from_bits(u32_at(HEADER_BYTES + (k * CHANNELS + c) * 4))))
+        };
+        Self::new(alphas as usize, thetas as usize, provenance, &(0..count).map(entry).collect::<Vec<_>>())
+    }
+
+    /// The table as bytes, little-endian: magic, version, sizes, first α, provenance, FNV-1a of the rest, entries.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let body: Vec<u8> =
+            (0..self.texels.len()).flat_map(|k| self.entry_at(k).to_channels()).flat_map(f32::to_le_bytes).collect();
+        let p = &self.provenance;
+        let head = [
+            VERSION,
+            self.alphas as u32,
+            self.thetas as u32,
+            ALPHA_MIN.to_bits(),
+            p.half_vectors[0],
+            p.half_vectors[1],
+            p.hemisphere[0],
+            p.hemisphere[1],
+            u32::from(p.free_tilt),
+            fnv1a(&body),
+        ];
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(head.iter().flat_map(|v| v.to_le_bytes()));
+        bytes.extend(body);
+        bytes
+    }
+
+    /// Number of nodes along α and along θ.
+    pub const fn size(&self) -> [usize; 2] {
+        [self.alphas, self.thetas]
+    }
+
+    /// How the table was fitted.
+    pub const fn provenance(&self) -> Provenance {
+        self.provenance
+    }
+
+    /// α of a row.
+    pub fn alpha(&self, row: usize) -> f64 {
+        let low = f64::from(ALPHA_MIN).sqrt();
+        (low + (1.0 - low) * row as f64 / (self.alphas - 1) as f64).powi(2)
+    }
+
+    /// cos θ of a column.
+    pub fn cos_theta(&self, column: usize) -> f64 {
+        1.0 - (column as f64 / (self.thetas - 1) as f64).powi(2)
+    }
+
+    /// The entry at a node.
+    pub fn entry(&self, row: usize, column: usize) -> Entry {
+        self.entry_at(row * self.thetas + column)
+    }
+
+    fn entry_at(&self, k: usize) -> Entry {
+        let [m, a] = self.texels[k];
+        Entry::from_channels([m.x, m.y, m.z, m.w, a.x, a.y, a.z])
+    }
+
+    /// The table as `ltc_table` of `shaders/ltc.wgsl` takes it: two vec4f per entry.
+    pub fn texels(&self) -> &[[Vec4; 2]] {
+        &self.texels
+    }
+
+    /// The lobe at GGX width `alpha` (clamped to [`ALPHA_MIN`]..1) and view cosine `cos_theta` (clamped to 0..1).
+    ///
+    /// Bilinear in (√α, √(1 − cos θ)). Total: any f32 gives a finite lobe (NaN counts as the lower end). At normal view
+    /// the lobe is round to the bit, so that the choice of the frame about the normal does not matter.
+    #[inline]
+    pub fn lobe(&self, alpha: f32, cos_theta: f32) -> Lobe {
+        let alpha = alpha.max(ALPHA_MIN).min(1.0);
+        let c = cos_theta.max(0.0).min(1.0);
+        let half = (1.0 - c).sqrt();
+        let s = half * (1.0 + c).sqrt();
+
+        let low = ALPHA_MIN.sqrt();
+        let x = (alpha.sqrt() - low) / (1.0 - low) * (self.alphas - 1) as f32;
+        let y = half * (self.thetas - 1) as f32;
+        let i = (x as usize).min(self.alphas - 2);
+        let j = (y as usize).min(self.thetas - 2);
+        let (fx, fy) = (x - i as f32, y - j as f32);
+        let k = i * self.thetas + j;
+        let at = |column: usize, part: usize| {
+            let (low, high) = (self.texels[k + column][part], self.texels[k + column + self.thetas][part]);
+            low + (high - low) * fx
+        };
+        let [ux, uz, beta, tau_x] = (at(0, 0) + (at(1, 0) - at(0, 0)) * fy).to_array();
+        let [tau_z, magnitude, fresnel, _] = (at(0, 1) + (at(1, 1) - at(0, 1)) * fy).to_array();
+
+        let tx = alpha * tau_x * c - tau_z * s;
+        let tz = alpha * tau_x * s + tau_z * c;
+        // The adjugate of M over the area of its 2 × 2 block's unit, which leaves one division.
+        let area = ux * tz - uz * tx;
+        let m_inv = InverseMatrix { xx: tz, xz: -tx, yy: area / (beta * beta), zx: -alpha * uz, zz: alpha * ux };
+        let m_row_z = Vec3::new(alpha * uz, 0.0, tz);
+        // A half-space whose normal makes the angle γ with z holds (1 + cos γ)/2 of the clamped cosine.
+        let above = 0.5 + 0.5 * tz / (m_row_z.x * m_row_z.x + tz * tz).sqrt();
+        Lobe { m_inv, m_row_z, magnitude, fresnel, above }
+    }
+}
+
+/// FNV-1a, 32 bits.
+fn fnv1a(bytes: &[u8]) -> u32 {
+    bytes.iter().fold(0x811c_9dc5, |hash, &b| (hash ^ u32::from(b)).wrapping_mul(0x0100_0193))
+}

@@ -1,0 +1,47 @@
+//! The clamped-cosine integral along a straight edge. Twin: `shaders/edge.wgsl`.
+
+use super::map::{CosineMap, PlanePoint};
+use core::f32::consts::PI;
+
+/// θ / sin θ for x = cos θ in \[0, 1\]: minimax polynomial, relative error 7e-8 (2.2e-7 as evaluated in f32).
+#[inline(always)]
+pub fn angle_over_sine(x: f32) -> f32 {
+    const C: [f32; 9] = [
+        1.570_796_2,
+        -0.999_981_5,
+        0.784_881,
+        -0.660_969_1,
+        0.556_555_3,
+        -0.423_581_05,
+        0.252_084_57,
+        -0.097_263_96,
+        0.017_478_622,
+    ];
+    let x2 = x * x;
+    let x4 = x2 * x2;
+    let low = (C[0] + C[1] * x) + (C[2] + C[3] * x) * x2;
+    let high = (C[4] + C[5] * x) + (C[6] + C[7] * x) * x2;
+    low + x4 * (high + C[8] * x4)
+}
+
+/// θ·(b×a)_z / |b×a| for the edge from `a` to `b` (relative to the map's foot), θ the angle it subtends at the
+/// origin: 2π times its share of the contour integral (Baum et al. 1989; Heitz et al. 2016, eq. 11).
+///
+/// The cross product comes from light-space differences, b×a = N'·(u ⟂ a) + u.x·w0 + u.y·w1 with u = b − a.
+/// Absolute error about 4e-7 where the edge keeps off the origin.
+#[inline(always)]
+pub fn edge_integral<P: PlanePoint>(map: &CosineMap, a: P, b: P) -> f32 {
+    let turn = (b - a).perp_dot(a);
+    let u = (b - a).round();
+    let cross = map.normal * turn + map.w0 * u.x + map.w1 * u.y;
+    let (pa, pb) = (map.point(a.round()), map.point(b.round()));
+    let inv = 1.0 / (pa.length_squared() * pb.length_squared()).sqrt();
+    let x = (pa.dot(pb) * inv).clamp(-1.0, 1.0);
+    let near = angle_over_sine(x.abs()) * inv;
+    if x >= 0.0 {
+        return cross.z * near;
+    }
+    let length = cross.length();
+    // The edge runs through the origin: its plane is undefined and so is the integral; half the jump is 0.
+    if length > 0.0 { cross.z * (PI / length - near) } else { 0.0 }
+}

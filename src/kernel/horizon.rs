@@ -1,0 +1,185 @@
+//! Clipping at a half-space through the origin of cosine space. Twin: `shaders/horizon.wgsl`.
+//!
+//! All crossings of a planar light with such a plane lie on one line, so the closing edges need no order and no
+//! pairing: each crossing adds a function of its own place on the line, with the sign of its direction. Two
+//! planes are in use: z = 0 of cosine space, where the clamped cosine ends, and the true horizon of the
+//! surface, which a tilted lobe dips below.
+
+use super::map::{CosineMap, PlanePoint};
+use glam::{Vec2, Vec3};
+
+/// The height over a plane through the origin of cosine space, as a function of the light's plane.
+#[derive(Clone, Copy, Debug)]
+pub struct Height {
+    /// Height of the point q relative to the foot, up to a positive factor: form.x·q.x + form.y·q.y + form.z.
+    pub form: Vec3,
+    /// Rounding bound anywhere on the light: a box higher than this has every point of every curve in it above.
+    pub margin: f32,
+}
+
+/// Where a box lies with respect to a plane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Wholly above, and so is every end point in it.
+    Above,
+    /// Perhaps cut.
+    Cut,
+    /// Wholly below, and so is every end point in it.
+    Below,
+}
+
+impl Height {
+    /// From the heights of the map's c0, c1, c2, up to a common positive factor.
+    pub fn new(map: &CosineMap, form: Vec3) -> Self {
+        let reach = 1.0 + map.foot.abs();
+        let margin = 2e-6 * (form.x.abs() * reach.x + form.y.abs() * reach.y + form.z.abs());
+        Self { form, margin }
+    }
+
+    /// The height over z = 0.
+    pub fn lobe(map: &CosineMap) -> Self {
+        Self::new(map, Vec3::new(map.c0.z, map.c1.z, map.c2.z))
+    }
+
+    /// The height of a point relative to the foot. Above means > 0; every decision about a shared end point is this
+    /// very expression, so that crossings pair.
+    #[inline(always)]
+    pub fn at<P: PlanePoint>(&self, q: P) -> P::Scalar {
+        q.form(self.form)
+    }
+
+    /// Whether a point relative to the foot is above.
+    #[inline(always)]
+    pub fn is_above<P: PlanePoint>(&self, q: P) -> bool {
+        self.at(q) > P::Scalar::from(0.0)
+    }
+
+    /// Where a box lies, given by its centre relative to the foot and its half-extents.
+    #[inline(always)]
+    pub fn side(&self, center: Vec2, half: Vec2) -> Side {
+        let middle = self.at(center);
+        let reach = self.form.x.abs() * half.x + self.form.y.abs() * half.y + self.margin;
+        if middle - reach > 0.0 {
+            Side::Above
+        } else if middle + reach < 0.0 {
+            Side::Below
+        } else {
+            Side::Cut
+        }
+    }
+}
+
+/// The surface's true horizon in cosine space.
+#[derive(Clone, Copy, Debug)]
+pub struct TrueHorizon {
+    /// Its normal, up to a positive factor: the third row of M.
+    pub axis: Vec3,
+    /// The height over it; world-space, so exact.
+    pub height: Height,
+}
+
+/// What clips a light at one shading point.
+#[derive(Clone, Copy, Debug)]
+pub enum Clip {
+    /// The light is above every horizon.
+    None,
+    /// One plane cuts it.
+    One([Horizon; 1]),
+    /// z = 0 and the surface's true horizon both cut it.
+    Two([Horizon; 2]),
+}
+
+impl Clip {
+    /// What clips a light whose box has that centre relative to the foot and those half-extents; `None` where it is
+    /// wholly below a horizon. Nothing is computed for a plane that doesn't cut the box.
+    pub fn new(map: &CosineMap, truth: Option<&TrueHorizon>, center: Vec2, half: Vec2) -> Option<Self> {
+        let lobe = Height::lobe(map);
+        let side = lobe.side(center, half);
+        let Some(truth) = truth.filter(|t| t.stands_apart()) else {
+            return match side {
+                Side::Below => None,
+                Side::Above => Some(Self::None),
+                Side::Cut => Some(Self::One([Horizon::new(map, Vec3::Z, lobe)])),
+            };
+        };
+        match (side, truth.height.side(center, half)) {
+            (Side::Below, _) | (_, Side::Below) => None,
+            (Side::Above, Side::Above) => Some(Self::None),
+            (Side::Cut, Side::Above) => Some(Self::One([Horizon::new(map, Vec3::Z, lobe)])),
+            (Side::Above, Side::Cut) => Some(Self::One([Horizon::new(map, truth.axis.normalize(), truth.height)])),
+            (Side::Cut, Side::Cut) => Some(Self::Two(Horizon::pair(map, lobe, truth))),
+        }
+    }
+}
+
+impl TrueHorizon {
+    /// Whether the plane is another than z = 0, which must not be closed twice.
+    fn stands_apart(&self) -> bool {
+        let n = self.axis;
+        n.x * n.x + n.y * n.y > 1e-12 * n.z * n.z
+    }
+}
+
+/// One clipping plane that cuts the light, for one map.
+#[derive(Clone, Copy, Debug)]
+pub struct Horizon {
+    /// The height over it.
+    pub height: Height,
+    /// Direction of the line in which the light's plane cuts this one.
+    along: Vec3,
+    /// Distance of that line from the origin.
+    distance: f32,
+    /// z of the unit normal of the plane of origin and line: ±1 for z = 0 itself.
+    slope: f32,
+    /// The part of the line inside the other plane's half-space.
+    range: [f32; 2],
+}
+
+impl Horizon {
+    /// The plane with the unit normal `axis`.
+    fn new(map: &CosineMap, axis: Vec3, height: Height) -> Self {
+        let n = map.normal;
+        let along = n.cross(axis).normalize_or_zero();
+        // The line's point nearest the origin is −D·n⊥/|n⊥|², n⊥ the part of n across the axis.
+        let across = n - axis * n.dot(axis);
+        let length = across.length();
+        let distance = if length > 0.0 { map.depth.abs() / length } else { 0.0 };
+        let slope = along.cross(across * -map.depth.signum()).normalize_or_zero().z;
+        Self { height, along, distance, slope, range: [f32::NEG_INFINITY, f32::INFINITY] }
+    }
+
+    /// The planes z = 0 and `truth`, each with its line ending where it meets the other.
+    fn pair(map: &CosineMap, lobe: Height, truth: &TrueHorizon) -> [Self; 2] {
+        let axis = truth.axis.normalize();
+        let mut z = Self::new(map, Vec3::Z, lobe);
+        let mut s = Self::new(map, axis, truth.height);
+        // The corner lies on the line common to both planes, through the origin: one point for both, so that
+        // what one line loses there the other gains, however nearly the planes coincide.
+        let ridge = Vec3::new(-axis.y, axis.x, 0.0);
+        let rate = map.normal.dot(ridge);
+        let corner = ridge * (-map.depth / if rate.abs() > 1e-30 { rate } else { 1e-30_f32.copysign(rate) });
+        z.end_at(corner, axis);
+        s.end_at(corner, Vec3::Z);
+        [z, s]
+    }
+
+    /// Ends the line at `corner`, where it leaves the half-space of `other`.
+    fn end_at(&mut self, corner: Vec3, other: Vec3) {
+        self.range[usize::from(other.dot(self.along) < 0.0)] = corner.dot(self.along);
+    }
+
+    /// What a crossing at the image point `p` adds (times 2π) where the contour comes up; where it goes down,
+    /// it takes that away.
+    #[inline]
+    pub fn crossing(&self, p: Vec3) -> f32 {
+        let place = p.dot(self.along).max(self.range[0]).min(self.range[1]);
+        self.slope * place.atan2(self.distance)
+    }
+
+    /// What a crossing below the other horizon adds where the contour comes up: the line ends at the corner.
+    #[inline]
+    pub fn far_crossing(&self) -> f32 {
+        let corner = if self.range[0] > f32::NEG_INFINITY { self.range[0] } else { self.range[1] };
+        self.slope * corner.atan2(self.distance)
+    }
+}

@@ -1,0 +1,14 @@
+//! Pure mathematics of the shading pass: f32, no I/O, no allocation, no wgpu. Each file has a WGSL twin of the
+//! same stem under `shaders/`.
+//!
+//! Cosine space is the space after the inverse LTC matrix, where the lobe is a clamped cosine about +z. A point
+//! (x, y) of a light's plane goes there by the affine map p = c0·x + c1·y + c2 (Heitz et al. 2016, §3). All
+//! integrals are normalised: a full hemisphere gives 1.
+
+pub mod edge;
+pub mod frame;
+pub mod horizon;
+pub mod map;
+pub mod shade;
+pub mod surface;
+pub mod tree;

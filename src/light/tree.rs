@@ -1,0 +1,375 @@
+//! Builds the chord–moment tree of a shape, in f64. The walk over it is [`crate::kernel::tree`].
+
+use crate::kernel::tree::{CLUSTER, CUBIC, Handles, LINK_MASK, LowEnds, Node, Nodes, RUN, SEGMENT};
+use crate::shape::{Bounds, CubicBez, Shape};
+use glam::{DVec2, Vec2};
+
+/// A leaf's curve turns by no more than this (cosine of the angle), so that it is a simple arc.
+const TURN_COS: f64 = 0.5;
+/// Halvings of one curve at build time.
+const SPLITS: u32 = 6;
+/// Handles nearer the chord than this (tree space) make a straight edge.
+const STRAIGHT: f64 = 1e-12;
+
+/// The tree of one shape.
+#[derive(Clone, Debug)]
+pub struct Tree {
+    /// Light-space point at the middle of tree space.
+    pub center: DVec2,
+    /// Light-space half-width of the tree's square \[−1, 1\]², metres.
+    pub half: f64,
+    /// Nodes in pre-order.
+    pub nodes: Vec<Node>,
+    /// What f32 lost of the nodes' chord ends, one for each node.
+    pub low: Vec<LowEnds>,
+    /// Handles of the cubic leaves.
+    pub handles: Vec<Handles>,
+}
+
+/// Why a shape has no tree.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum TreeError {
+    /// The shape is empty, a point or a line.
+    #[error("the shape has no area")]
+    NoArea,
+    /// Too many nodes for a link.
+    #[error("the shape has {0} nodes; the limit is {LINK_MASK}")]
+    TooManyNodes(usize),
+}
+
+impl Tree {
+    /// Builds the tree of `shape`. Contours are taken as they are: oriented, each contributing its signed area.
+    pub fn new(shape: &Shape) -> Result<Self, TreeError> {
+        let bounds = shape.bounds();
+        let half = bounds.size().max_element() * 0.5;
+        if !(half.is_finite() && half > 0.0) {
+            return Err(TreeError::NoArea);
+        }
+        let center = bounds.center();
+        let to_tree = |p: DVec2| (p - center) / half;
+        let mut contours = Vec::new();
+        for contour in shape.contours() {
+            let curves = contour.curves().iter().map(|c| {
+                let [p0, p1, p2, p3] = c.points().map(to_tree);
+                CubicBez::new(p0, p1, p2, p3)
+            });
+            let mut arcs = Vec::new();
+            curves.for_each(|c| split_to_arcs(c, SPLITS, &mut arcs));
+            if !arcs.is_empty() {
+                contours.push(Run::closed(arcs));
+            }
+        }
+        let groups = group_by_outer(contours);
+        if groups.is_empty() {
+            return Err(TreeError::NoArea);
+        }
+        let mut tree = Self { center, half, nodes: Vec::new(), low: Vec::new(), handles: Vec::new() };
+        tree.emit_clusters(groups);
+        if tree.nodes.len() > LINK_MASK as usize {
+            return Err(TreeError::TooManyNodes(tree.nodes.len()));
+        }
+        Ok(tree)
+    }
+
+    /// What the walk reads.
+    pub fn view(&self) -> Nodes<'_> {
+        Nodes { nodes: &self.nodes, low: &self.low, handles: &self.handles }
+    }
+
+    /// Size of the arrays in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.low.as_slice()) + size_of_val(self.handles.as_slice())
+    }
+
+    /// Makes room for a node, to be filled when its children are there.
+    fn reserve(&mut self) -> usize {
+        self.nodes.push(bytemuck::Zeroable::zeroed());
+        self.low.push(bytemuck::Zeroable::zeroed());
+        self.nodes.len() - 1
+    }
+
+    fn fill(&mut self, at: usize, region: &Region, bounds: Bounds, [a, b]: [DVec2; 2], link: u32) {
+        self.nodes[at] = node(region, bounds, [a, b], link);
+        self.low[at] = LowEnds { a: lost(a), b: lost(b) };
+    }
+
+    fn emit_clusters(&mut self, mut groups: Vec<Group>) -> (Region, Bounds) {
+        if groups.len() == 1 {
+            let Group { contours, .. } = groups.remove(0);
+            return self.emit_group(contours);
+        }
+        let all = groups.iter().map(|g| g.bounds).fold(Bounds::EMPTY, Bounds::union);
+        let size = all.size();
+        // Halve by number along the longer side: text is a line, and its words are near each other.
+        let key = |g: &Group| if size.x >= size.y { g.bounds.center().x } else { g.bounds.center().y };
+        groups.sort_by(|a, b| key(a).total_cmp(&key(b)));
+        let rest = groups.split_off(groups.len() / 2);
+        self.emit_cluster(|tree| [tree.emit_clusters(groups), tree.emit_clusters(rest)])
+    }
+
+    fn emit_group(&mut self, mut contours: Vec<Run>) -> (Region, Bounds) {
+        if contours.len() == 1 {
+            let run = contours.remove(0);
+            let [first, second] = run.halves();
+            return self.emit_cluster(|tree| [tree.emit_run(first), tree.emit_run(second)]);
+        }
+        let rest = contours.split_off(contours.len() / 2);
+        self.emit_cluster(|tree| [tree.emit_group(contours), tree.emit_group(rest)])
+    }
+
+    /// A node without a chord around what `children` emits.
+    fn emit_cluster(&mut self, children: impl FnOnce(&mut Self) -> [(Region, Bounds); 2]) -> (Region, Bounds) {
+        let at = self.reserve();
+        let [(left, lb), (right, rb)] = children(self);
+        let bounds = lb.union(rb);
+        let mut region = left.plus(right);
+        // Whole contours enclose a region of winding 0 or 1: its unsigned area is |m0|, not the sum of its parts'.
+        region.area = region.m0.abs();
+        self.fill(at, &region, bounds, [DVec2::ZERO; 2], CLUSTER | self.nodes.len() as u32);
+        (region, bounds)
+    }
+
+    fn emit_run(&mut self, run: Run) -> (Region, Bounds) {
+        let (a, b) = run.ends();
+        let at = self.reserve();
+        if let [arc] = run.arcs[..] {
+            let region = Region::under_arc(&arc);
+            let bounds = Bounds::of(arc.points());
+            let link = if arc.is_line(STRAIGHT) {
+                SEGMENT
+            } else {
+                let [p1, p2] = [arc.p1, arc.p2];
+                let handles = Handles { p1: p1.as_vec2(), p2: p2.as_vec2(), low1: lost(p1), low2: lost(p2) };
+                self.handles.push(handles);
+                CUBIC | (self.handles.len() - 1) as u32
+            };
+            self.fill(at, &region, bounds, [a, b], link);
+            return (region, bounds);
+        }
+        let [first, second] = run.halves();
+        let middle = first.ends().1;
+        let (left, lb) = self.emit_run(first);
+        let (right, rb) = self.emit_run(second);
+        let bounds = lb.union(rb);
+        let region = left.plus(right).plus(Region::of_triangle(a, middle, b));
+        self.fill(at, &region, bounds, [a, b], RUN | self.nodes.len() as u32);
+        (region, bounds)
+    }
+}
+
+/// Consecutive arcs of one contour.
+struct Run {
+    arcs: Vec<CubicBez>,
+}
+
+impl Run {
+    /// A whole contour, begun at a far end so that its first two runs are its long sides.
+    fn closed(mut arcs: Vec<CubicBez>) -> Self {
+        let start = arcs[0].p0;
+        let far = |from: DVec2| {
+            let d = |c: &CubicBez| c.p0.distance_squared(from);
+            (0..arcs.len()).max_by(|&i, &j| d(&arcs[i]).total_cmp(&d(&arcs[j]))).unwrap_or(0)
+        };
+        let first = far(start);
+        arcs.rotate_left(first);
+        Self { arcs }
+    }
+
+    fn ends(&self) -> (DVec2, DVec2) {
+        (self.arcs[0].p0, self.arcs[self.arcs.len() - 1].p3)
+    }
+
+    /// Two runs of at least one arc. A lone arc is halved at its middle.
+    fn halves(mut self) -> [Self; 2] {
+        if let [arc] = self.arcs[..] {
+            return halved(arc).map(|c| Self { arcs: vec![c] });
+        }
+        let (a, b) = self.ends();
+        let n = self.arcs.len();
+        // The joint farthest from the chord, as in Ramer–Douglas–Peucker, kept off the ends so that depth stays
+        // logarithmic.
+        let lo = (n / 4).max(1);
+        let hi = (n - n / 4).min(n - 1).max(lo);
+        let chord = (b - a).normalize_or_zero();
+        let off = |i: usize| {
+            let d = self.arcs[i].p0 - a;
+            let along = d.dot(chord);
+            (d - chord * along).length_squared() + (along - along.clamp(0.0, (b - a).length())).powi(2)
+        };
+        let at = (lo..=hi).max_by(|&i, &j| off(i).total_cmp(&off(j))).unwrap_or(n / 2);
+        let rest = self.arcs.split_off(at);
+        [self, Self { arcs: rest }]
+    }
+}
+
+/// An outer contour with its holes.
+struct Group {
+    bounds: Bounds,
+    contours: Vec<Run>,
+}
+
+/// Puts each hole with the smallest outer contour whose box holds the hole's box: together they are a region of
+/// winding 0 or 1.
+fn group_by_outer(contours: Vec<Run>) -> Vec<Group> {
+    let area = |r: &Run| r.arcs.iter().map(CubicBez::signed_area).sum::<f64>();
+    let bounds = |r: &Run| Bounds::of(r.arcs.iter().flat_map(|c| c.points()));
+    let (outers, holes): (Vec<_>, Vec<_>) = contours.into_iter().partition(|r| area(r) >= 0.0);
+    let mut groups: Vec<_> = outers.into_iter().map(|r| Group { bounds: bounds(&r), contours: vec![r] }).collect();
+    let outers = groups.len();
+    for hole in holes {
+        let inner = bounds(&hole);
+        let holds = |g: &Group| g.bounds.min.cmple(inner.min).all() && g.bounds.max.cmpge(inner.max).all();
+        let extent = |g: &Group| g.bounds.size().element_product();
+        let home = (0..outers)
+            .filter(|&i| holds(&groups[i]))
+            .min_by(|&i, &j| extent(&groups[i]).total_cmp(&extent(&groups[j])));
+        match home {
+            Some(i) => groups[i].contours.push(hole),
+            None => groups.push(Group { bounds: inner, contours: vec![hole] }),
+        }
+    }
+    groups
+}
+
+/// The two halves of a curve, sharing their joint to the bit.
+fn halved(curve: CubicBez) -> [CubicBez; 2] {
+    let [first, mut second] = [curve.subsegment(0.0, 0.5), curve.subsegment(0.5, 1.0)];
+    second.p0 = first.p3;
+    [first, second]
+}
+
+/// What rounding to f32 takes from a point.
+fn lost(p: DVec2) -> Vec2 {
+    (p - p.as_vec2().as_dvec2()).as_vec2()
+}
+
+/// Halves a curve until each part turns little; drops parts that are a point.
+fn split_to_arcs(curve: CubicBez, depth: u32, out: &mut Vec<CubicBez>) {
+    let [p0, p1, p2, p3] = curve.points();
+    if p0 == p3 && p1 == p0 && p2 == p0 {
+        return;
+    }
+    if curve.is_line(STRAIGHT) {
+        if p0 != p3 {
+            out.push(curve);
+        }
+        return;
+    }
+    let legs = [p1 - p0, p2 - p1, p3 - p2, p3 - p0];
+    let simple = |a: DVec2, b: DVec2| a.dot(b) >= TURN_COS * a.length() * b.length();
+    let turns = [legs[0].perp_dot(legs[1]), legs[1].perp_dot(legs[2]), legs[0].perp_dot(legs[2])];
+    let one_way = turns.iter().all(|&t| t >= 0.0) || turns.iter().all(|&t| t <= 0.0);
+    let arc = one_way && simple(legs[0], legs[2]) && simple(legs[0], legs[1]) && simple(legs[1], legs[2]);
+    if depth == 0 || arc {
+        out.push(curve);
+        return;
+    }
+    for c in halved(curve) {
+        split_to_arcs(c, depth - 1, out);
+    }
+}
+
+/// Signed moments of a region of tree space about the point `about`.
+#[derive(Clone, Copy, Debug, Default)]
+struct Region {
+    about: DVec2,
+    m0: f64,
+    m1: DVec2,
+    /// xx, xy, yy.
+    m2: [f64; 3],
+    area: f64,
+}
+
+impl Region {
+    /// The moments about another point.
+    fn about(self, point: DVec2) -> Self {
+        let d = self.about - point;
+        Self {
+            about: point,
+            m0: self.m0,
+            m1: self.m1 + d * self.m0,
+            m2: [
+                self.m2[0] + 2.0 * d.x * self.m1.x + d.x * d.x * self.m0,
+                self.m2[1] + d.x * self.m1.y + d.y * self.m1.x + d.x * d.y * self.m0,
+                self.m2[2] + 2.0 * d.y * self.m1.y + d.y * d.y * self.m0,
+            ],
+            area: self.area,
+        }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        let o = other.about(self.about);
+        Self {
+            about: self.about,
+            m0: self.m0 + o.m0,
+            m1: self.m1 + o.m1,
+            m2: core::array::from_fn(|i| self.m2[i] + o.m2[i]),
+            area: self.area + o.area,
+        }
+    }
+
+    fn of_triangle(a: DVec2, b: DVec2, c: DVec2) -> Self {
+        let about = (a + b + c) / 3.0;
+        let m0 = 0.5 * (b - a).perp_dot(c - a);
+        // Second moments of a triangle about its centroid: area/12 times the sum over the corners.
+        let v = [a - about, b - about, c - about];
+        let sum = |f: fn(DVec2) -> f64| v.into_iter().map(f).sum::<f64>() * m0 / 12.0;
+        let m2 = [sum(|p| p.x * p.x), sum(|p| p.x * p.y), sum(|p| p.y * p.y)];
+        Self { about, m0, m1: DVec2::ZERO, m2, area: m0.abs() }
+    }
+
+    /// The region between an arc and its chord, by Green's theorem. The integrands are polynomials of degree at
+    /// most 11 in t; eight Gauss nodes are exact to degree 15.
+    fn under_arc(arc: &CubicBez) -> Self {
+        const GAUSS: [(f64, f64); 4] = [
+            (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+            (0.525_532_409_916_329, 0.313_706_645_877_887_3),
+            (0.796_666_477_413_626_7, 0.222_381_034_453_374_47),
+            (0.960_289_856_497_536_2, 0.101_228_536_290_376_26),
+        ];
+        let about = (arc.p0 + arc.p3) * 0.5;
+        let [p0, p1, p2, p3] = arc.points().map(|p| p - about);
+        let local = CubicBez::new(p0, p1, p2, p3);
+        let mut region = Self { about, ..Self::default() };
+        let mut add = |p: DVec2, d: DVec2, w: f64| {
+            region.m0 += w * 0.5 * p.perp_dot(d);
+            region.m1.x += w * 0.5 * p.x * p.x * d.y;
+            region.m1.y -= w * 0.5 * p.y * p.y * d.x;
+            region.m2[0] += w * p.x * p.x * p.x * d.y / 3.0;
+            region.m2[1] += w * 0.25 * (p.x * p.x * p.y * d.y - p.x * p.y * p.y * d.x);
+            region.m2[2] -= w * p.y * p.y * p.y * d.x / 3.0;
+        };
+        for (x, w) in GAUSS {
+            for t in [0.5 - 0.5 * x, 0.5 + 0.5 * x] {
+                add(local.eval(t), local.tangent(t), 0.5 * w);
+                add(p3.lerp(p0, t), p0 - p3, 0.5 * w);
+            }
+        }
+        // A simple arc lies on one side of its chord; where the splitting stopped short of one, take the hull's area.
+        let legs = [p1 - p0, p2 - p1, p3 - p2];
+        let turns = [legs[0].perp_dot(legs[1]), legs[1].perp_dot(legs[2]), legs[0].perp_dot(legs[2])];
+        let one_way = turns.iter().all(|&t| t >= 0.0) || turns.iter().all(|&t| t <= 0.0);
+        let hull = Bounds::of([p0, p1, p2, p3]).size().element_product();
+        region.area = if one_way { region.m0.abs() } else { hull.max(region.m0.abs()) };
+        region
+    }
+}
+
+fn node(region: &Region, bounds: Bounds, ends: [DVec2; 2], link: u32) -> Node {
+    // The stored box is in f32: it is grown to hold what it held in f64.
+    let center = bounds.center().as_vec2();
+    let reach = (bounds.max - center.as_dvec2()).max(center.as_dvec2() - bounds.min);
+    let half = (reach.as_vec2() * (1.0 + 2.0 * f32::EPSILON)).max(Vec2::splat(f32::MIN_POSITIVE));
+    let r = region.about(center.as_dvec2());
+    Node {
+        center,
+        half,
+        a: ends[0].as_vec2(),
+        b: ends[1].as_vec2(),
+        m0: r.m0 as f32,
+        m1: [r.m1.x as f32, r.m1.y as f32],
+        m2: r.m2.map(|m| m as f32),
+        area: (r.area * (1.0 + f64::from(f32::EPSILON))) as f32,
+        link,
+    }
+}
