@@ -3,8 +3,8 @@
 use super::lights::{Art, Source, Style};
 use super::say;
 use crate::error::Error;
-use crate::light::tree::Tree;
 use crate::film::diagram;
+use crate::light::tree::Tree;
 use crate::scene::file;
 use comfy_table::Table;
 use std::path::PathBuf;
@@ -118,7 +118,8 @@ fn table(rows: &[Row]) -> String {
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     table.set_header([
-        "light", "layer", "contours", "holes", "cubics", "lines", "area m²", "bounds m", "radiance", "opacity", "nodes", "bytes",
+        "light", "layer", "contours", "holes", "cubics", "lines", "area m²", "bounds m", "radiance", "opacity",
+        "nodes", "bytes",
     ]);
     for r in rows {
         table.add_row([

@@ -116,7 +116,10 @@ fn white(shape: crate::shape::Shape) -> Layer {
 fn text_art(text: &str, style: &Style) -> Result<Art, Error> {
     let fonts = if style.font.is_empty() {
         // The default font first; the others for what it has no glyph for.
-        bundled::bundled().iter().map(|f| Font::bundled(f.name).map_err(OutlineError::from)).collect::<Result<Vec<_>, _>>()?
+        bundled::bundled()
+            .iter()
+            .map(|f| Font::bundled(f.name).map_err(OutlineError::from))
+            .collect::<Result<Vec<_>, _>>()?
     } else {
         style.font.iter().map(|name| font(name)).collect::<Result<Vec<_>, _>>()?
     };
@@ -162,5 +165,9 @@ fn path_art(data: &str, style: &Style) -> Result<Art, Error> {
         FillRuleArg::Nonzero => FillRule::NonZero,
         FillRuleArg::Evenodd => FillRule::EvenOdd,
     };
-    Ok(Art { name: "path".into(), layers: vec![white(path::shape(data, rule).map_err(OutlineError::from)?)], warnings: Vec::new() })
+    Ok(Art {
+        name: "path".into(),
+        layers: vec![white(path::shape(data, rule).map_err(OutlineError::from)?)],
+        warnings: Vec::new(),
+    })
 }

@@ -193,7 +193,8 @@ struct Reading {
 fn scene_points(scene: &Path, points: &Path, how: &How) -> Result<(), Error> {
     let loaded = file::load(scene)?;
     super::warn(&loaded.warnings);
-    let settings = Settings { width: 1, height: 1, samples: 1, tolerance: how.tolerance, technique: how.technique.into() };
+    let settings =
+        Settings { width: 1, height: 1, samples: 1, tolerance: how.tolerance, technique: how.technique.into() };
     let prepared = Prepared::new(&loaded.scene, &settings)?;
     lines(points, |point: Point| reading(&prepared, &settings, point).map(|r| json(&r)))
 }

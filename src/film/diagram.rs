@@ -30,9 +30,7 @@ pub fn write(path: &Path, shapes: &[&Shape]) -> Result<(), FilmError> {
     let size_error = || FilmError::Size { path: path.into(), width, height, layers: [0; 3] };
     let mut map = Pixmap::new(width, height).ok_or_else(size_error)?;
     map.fill(Color::WHITE);
-    let to_pixel = |p: DVec2| {
-        DVec2::new((p.x - bounds.min.x) * scale + MARGIN, (bounds.max.y - p.y) * scale + MARGIN)
-    };
+    let to_pixel = |p: DVec2| DVec2::new((p.x - bounds.min.x) * scale + MARGIN, (bounds.max.y - p.y) * scale + MARGIN);
     for shape in shapes {
         let outlines: Vec<_> = shape.contours().iter().filter_map(|c| Some((c, outline(c, &to_pixel)?))).collect();
         let mut all = PathBuilder::new();

@@ -48,14 +48,16 @@ fn prepared(shape: &Shape) -> Prepared {
         placement: Placement::new(DVec3::ZERO, DVec3::ZERO, DVec2::ONE),
         two_sided: false,
     };
-    let camera = Camera {
-        position: DVec3::new(1.5, 3.0, 6.5),
-        look_at: DVec3::new(0.0, 0.2, 0.8),
-        up: DVec3::Y,
-        fov_y: 50.0,
+    let camera =
+        Camera { position: DVec3::new(1.5, 3.0, 6.5), look_at: DVec3::new(0.0, 0.2, 0.8), up: DVec3::Y, fov_y: 50.0 };
+    let scene = Scene {
+        camera,
+        triangles: vec![],
+        materials: vec![],
+        textures: vec![],
+        lights: vec![light],
+        background: [0.0; 3],
     };
-    let scene =
-        Scene { camera, triangles: vec![], materials: vec![], textures: vec![], lights: vec![light], background: [0.0; 3] };
     let settings = Settings { width: 1024, height: 1024, samples: 1, tolerance: 1e-3, technique: Technique::Tree };
     Prepared::new(&scene, &settings).expect("a scene")
 }
