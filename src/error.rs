@@ -13,18 +13,9 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
-    /// Text does not make a shape.
-    #[error(transparent)]
-    Text(#[from] crate::outline::text::TextError),
-    /// A font cannot be used.
-    #[error(transparent)]
-    Font(#[from] crate::outline::font::FontError),
-    /// An SVG does not make shapes.
+    /// Text, font, SVG or path data does not make a shape.
     #[error(transparent)]
     Outline(#[from] crate::outline::OutlineError),
-    /// Path data does not make a shape.
-    #[error(transparent)]
-    Path(#[from] crate::outline::path::PathError),
     /// A shape has no tree.
     #[error(transparent)]
     Tree(#[from] crate::light::tree::TreeError),

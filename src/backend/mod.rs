@@ -191,7 +191,9 @@ fn compose(
         let through = sight.through[i];
         film.diffuse[i] = (pixel.diffuse * through).to_array();
         film.specular[i] = (pixel.specular * through).to_array();
-        film.emission[i] = (sight.emission[i] + background * ((1.0 - pixel.coverage) * through)).to_array();
+        film.emission[i] = sight.emission[i].to_array();
+        film.background[i] = (background * ((1.0 - pixel.coverage).max(0.0) * through)).to_array();
+        film.matte[i] = 1.0 - through;
     }
     film
 }

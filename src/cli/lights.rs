@@ -8,7 +8,7 @@ use crate::outline::font::{Font, Tag};
 use crate::outline::path;
 use crate::outline::svg::{self, SvgOptions};
 use crate::outline::text::{Align, Direction, TextStyle, layout};
-use crate::outline::{FillRule, Warning};
+use crate::outline::{FillRule, OutlineError, Warning};
 use clap::ValueEnum;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -98,11 +98,6 @@ pub struct Art {
 }
 
 impl Source {
-    /// Whether anything is named.
-    pub fn is_given(&self) -> bool {
-        self.text.is_some() || self.svg.is_some() || self.path.is_some()
-    }
-
     /// Turns the source into shapes.
     pub fn art(&self, style: &Style) -> Result<Art, Error> {
         match (&self.text, &self.svg, &self.path) {
@@ -121,7 +116,7 @@ fn white(shape: crate::shape::Shape) -> Layer {
 fn text_art(text: &str, style: &Style) -> Result<Art, Error> {
     let fonts = if style.font.is_empty() {
         // The default font first; the others for what it has no glyph for.
-        bundled::bundled().iter().map(|f| Font::bundled(f.name)).collect::<Result<Vec<_>, _>>()?
+        bundled::bundled().iter().map(|f| Font::bundled(f.name).map_err(OutlineError::from)).collect::<Result<Vec<_>, _>>()?
     } else {
         style.font.iter().map(|name| font(name)).collect::<Result<Vec<_>, _>>()?
     };
@@ -141,7 +136,7 @@ fn text_art(text: &str, style: &Style) -> Result<Art, Error> {
             DirectionArg::Rtl => Direction::Rtl,
         },
     };
-    let text_layout = layout(text, &fonts, &set)?;
+    let text_layout = layout(text, &fonts, &set).map_err(OutlineError::from)?;
     Ok(Art { name: text.into(), layers: vec![white(text_layout.shape)], warnings: text_layout.warnings })
 }
 
@@ -150,9 +145,9 @@ fn font(name: &str) -> Result<Font, Error> {
     let path = Path::new(name);
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     if matches!(ending.as_str(), "ttf" | "otf" | "ttc" | "otc") {
-        return Ok(Font::from_bytes(name, read(path, MAX_BYTES)?, 0)?);
+        return Ok(Font::from_bytes(name, read(path, MAX_BYTES)?, 0).map_err(OutlineError::from)?);
     }
-    Ok(Font::bundled(name)?)
+    Ok(Font::bundled(name).map_err(OutlineError::from)?)
 }
 
 fn svg_art(file: &Path, style: &Style) -> Result<Art, Error> {
@@ -167,5 +162,5 @@ fn path_art(data: &str, style: &Style) -> Result<Art, Error> {
         FillRuleArg::Nonzero => FillRule::NonZero,
         FillRuleArg::Evenodd => FillRule::EvenOdd,
     };
-    Ok(Art { name: "path".into(), layers: vec![white(path::shape(data, rule)?)], warnings: Vec::new() })
+    Ok(Art { name: "path".into(), layers: vec![white(path::shape(data, rule).map_err(OutlineError::from)?)], warnings: Vec::new() })
 }

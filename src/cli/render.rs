@@ -69,7 +69,7 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 struct Sign {
     /// Radiance of the sign (of white, for an SVG), W/(sr·m²)
-    #[arg(long, default_value_t = 3.0, value_parser = positive_f64, conflicts_with = "scene")]
+    #[arg(long, default_value_t = 1.5, value_parser = positive_f64, conflicts_with = "scene")]
     radiance: f64,
     /// Colour of the sign, #rrggbb
     #[arg(long, default_value = "#ffffff", value_parser = hex, conflicts_with = "scene")]

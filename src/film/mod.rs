@@ -20,8 +20,12 @@ pub struct Film {
     pub diffuse: Vec<[f32; 3]>,
     /// Light reflected by the specular part.
     pub specular: Vec<[f32; 3]>,
-    /// The lights themselves and the background, as the camera sees them.
+    /// The lights themselves, as the camera sees them.
     pub emission: Vec<[f32; 3]>,
+    /// The background where nothing hides it.
+    pub background: Vec<[f32; 3]>,
+    /// The part of the pixel that the lights cover, 0 to 1: the other layers are already reduced by it.
+    pub matte: Vec<f32>,
 }
 
 /// Why a picture cannot be written.
@@ -103,13 +107,28 @@ impl Film {
     /// A black picture.
     pub fn new(width: u32, height: u32) -> Self {
         let black = vec![[0.0; 3]; width as usize * height as usize];
-        Self { width, height, diffuse: black.clone(), specular: black.clone(), emission: black }
+        Self {
+            width,
+            height,
+            matte: vec![0.0; black.len()],
+            diffuse: black.clone(),
+            specular: black.clone(),
+            emission: black.clone(),
+            background: black,
+        }
     }
 
     /// The sum of the layers.
     pub fn beauty(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
-        let layers = self.diffuse.iter().zip(&self.specular).zip(&self.emission);
-        layers.map(|((d, s), e)| core::array::from_fn(|c| d[c] + s[c] + e[c]))
+        (0..self.diffuse.len()).map(|i| {
+            let behind = self.behind(i);
+            core::array::from_fn(|c| behind[c] + self.emission[i][c])
+        })
+    }
+
+    /// What is seen of surfaces and background at a pixel.
+    fn behind(&self, i: usize) -> [f32; 3] {
+        core::array::from_fn(|c| self.diffuse[i][c] + self.specular[i][c] + self.background[i][c])
     }
 
     /// Writes the picture, as PNG or EXR by the ending of `path`. `display` applies to PNG; EXR holds radiance as it is.
@@ -124,7 +143,7 @@ impl Film {
         let format = Format::of(path)?;
         let pixels = self.width as usize * self.height as usize;
         let layers = [&self.diffuse, &self.specular, &self.emission].map(Vec::len);
-        if pixels == 0 || layers != [pixels; 3] {
+        if pixels == 0 || layers != [pixels; 3] || self.background.len() != pixels || self.matte.len() != pixels {
             return Err(FilmError::Size { path: path.into(), width: self.width, height: self.height, layers });
         }
         write_whole(path, |out| match format {

@@ -62,12 +62,6 @@ pub enum OutlineError {
         /// The reason.
         source: overlap::OverlapError,
     },
-    /// A font or a glyph cannot be used.
-    #[error(transparent)]
-    Font(#[from] font::FontError),
-    /// A text cannot be set.
-    #[error(transparent)]
-    Text(#[from] text::TextError),
     /// Path data is no shape.
     #[error(transparent)]
     Path(#[from] path::PathError),
@@ -79,6 +73,12 @@ pub enum OutlineError {
         /// The reason.
         source: svg::SvgError,
     },
+    /// A font or a glyph cannot be used.
+    #[error(transparent)]
+    Font(#[from] font::FontError),
+    /// A text cannot be set.
+    #[error(transparent)]
+    Text(#[from] text::TextError),
 }
 
 /// The contours of `shape` as one kurbo path; straight cubics become line elements.
