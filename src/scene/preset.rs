@@ -38,10 +38,10 @@ pub enum PresetError {
 }
 
 /// Vertical field of view, degrees: that of a longer lens, so that letters at the ends of a line stay upright.
-const FOV_Y: f64 = 35.0;
+const FOV_Y: f64 = 25.0;
 
 /// How far the camera looks down, degrees: a reader's view, with enough floor in it for the light to fall on.
-const LOOK_DOWN: f64 = 16.0;
+const LOOK_DOWN: f64 = 14.0;
 
 /// Height of the sign above the floor, of the lesser of its sides: near enough that light and letters meet.
 const GAP: f64 = 0.15;

@@ -176,6 +176,21 @@ fn nodes_multiply_down_the_tree() {
     assert_eq!(found.triangles.len(), 2);
 }
 
+#[test]
+fn a_plane_has_the_bitangent_of_a_mesh() {
+    for normal in [DVec3::Y, DVec3::Z, DVec3::new(0.3, -0.2, -0.9)] {
+        let mut found = Triangles {
+            triangles: glyphlight::scene::surface::plane(DVec3::ONE, normal, [2.0, 3.0], 0.5, 0).into(),
+            warnings: Vec::new(),
+        };
+        for _ in 0..2 {
+            let (bitangent, up) = bitangent(&found);
+            assert!(bitangent.dot(up) > 0.999, "{normal}: {bitangent} against {up}");
+            found.triangles.reverse();
+        }
+    }
+}
+
 /// The corner positions of every triangle.
 fn corners(found: &Triangles) -> Vec<[DVec3; 3]> {
     found.triangles.iter().map(|t| t.vertices.map(|v| v.position)).collect()
