@@ -1,4 +1,6 @@
 //! The test suite: one binary, one module per stage.
 
+#[cfg(feature = "gpu")]
+mod backends;
 mod cases;
 mod kernel;
