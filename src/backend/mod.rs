@@ -3,6 +3,8 @@
 pub mod cpu;
 pub mod exact;
 pub mod gather;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod prepared;
 mod sight;
 

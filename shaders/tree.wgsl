@@ -1,0 +1,322 @@
+// The walk over the chord-moment tree. Twin of src/kernel/tree.rs, which explains it; the kinds of node come from there.
+
+// Halvings of a cubic at the leaf before it is taken for its chord.
+const DEEPEST: u32 = 20u;
+const INFINITE_BOUND: f32 = 3e38;
+
+const PLACE_ABOVE: u32 = 0u;
+const PLACE_CUT: u32 = 1u;
+// Wholly below the first horizon, and the next value below the second.
+const PLACE_BELOW: u32 = 2u;
+
+// A value and what it cost.
+struct Integral {
+    // Normalised: 1 for a full hemisphere.
+    value: f32,
+    // Nodes and pieces of leaves visited.
+    visited: u32,
+}
+
+// The expansion point of a region in cosine space.
+struct Expansion {
+    // Unit direction of the region's centre.
+    dir: vec3f,
+    // 1/|p|.
+    inv: f32,
+    // D / (pi*|p|^3).
+    scale: f32,
+    // Squared ratio of the region's radius to |p|.
+    s2: f32,
+}
+
+fn expansion_about(map: CosineMap, center: vec2f, half: vec2f) -> Expansion {
+    let p = map_point(map, center);
+    let inv2 = 1.0 / dot(p, p);
+    let inv = sqrt(inv2);
+    let r2 = half.x * half.x * map.gram.x + half.y * half.y * map.gram.z + 2.0 * half.x * half.y * abs(map.gram.y);
+    return Expansion(p * inv, inv, map.depth / PI * inv2 * inv, r2 * inv2);
+}
+
+// Bound of the second-order expansion's remainder (Gegenbauer: |C_n^(2)| <= (n+1)(n+2)(n+3)/6), for a region
+// above the horizon. Infinite where the region reaches as far as the origin.
+fn remainder_bound(e: Expansion, area: f32) -> f32 {
+    let s = sqrt(e.s2);
+    let gap = 1.0 - s;
+    if !(gap > 0.0) {
+        return INFINITE_BOUND;
+    }
+    let gap2 = gap * gap;
+    return abs(e.scale) * area * (20.0 * e.dir.z + 10.0) * e.s2 * s / (gap2 * gap2);
+}
+
+// Bound of the region's whole integral, wherever the horizon cuts it.
+fn magnitude_bound(e: Expansion, area: f32) -> f32 {
+    let s = sqrt(e.s2);
+    let gap = 1.0 - s;
+    if !(gap > 0.0) {
+        return INFINITE_BOUND;
+    }
+    let gap2 = gap * gap;
+    return abs(e.scale) * area * clamp(e.dir.z + s, 0.0, 1.0) / (gap2 * gap2);
+}
+
+// Bound of the zeroth-order expansion's remainder about the centroid of a region above the horizon.
+fn centroid_bound(e: Expansion, area: f32) -> f32 {
+    let s = sqrt(e.s2);
+    let gap = 1.0 - s;
+    if !(gap > 0.0) {
+        return INFINITE_BOUND;
+    }
+    let gap2 = gap * gap;
+    return abs(e.scale) * area * (10.0 * e.dir.z + 4.0) * e.s2 / (gap2 * gap2);
+}
+
+// k*m0 + grad k*m1 + 1/2 H:m2.
+fn region_integral(map: CosineMap, e: Expansion, i: u32) -> f32 {
+    let z = e.dir.z;
+    let z0 = map.c0.z * e.inv;
+    let z1 = map.c1.z * e.inv;
+    let b0 = dot(map.c0, e.dir) * e.inv;
+    let b1 = dot(map.c1, e.dir) * e.inv;
+    let inv2 = e.inv * e.inv;
+    let gradient = (z0 - 4.0 * z * b0) * nodes[i].m1[0] + (z1 - 4.0 * z * b1) * nodes[i].m1[1];
+    let h00 = 6.0 * z * b0 * b0 - 2.0 * z0 * b0 - z * map.gram.x * inv2;
+    let h01 = 6.0 * z * b0 * b1 - z0 * b1 - z1 * b0 - z * map.gram.y * inv2;
+    let h11 = 6.0 * z * b1 * b1 - 2.0 * z1 * b1 - z * map.gram.z * inv2;
+    let curvature = 2.0 * (h00 * nodes[i].m2[0] + h11 * nodes[i].m2[2]) + 4.0 * h01 * nodes[i].m2[1];
+    return e.scale * (z * nodes[i].m0 + gradient + curvature);
+}
+
+// Where a box lies with respect to all horizons.
+fn box_place(clip: Clip, center: vec2f, half: vec2f) -> u32 {
+    if clip.planes == 0u {
+        return PLACE_ABOVE;
+    }
+    let first = box_side(clip.first.height, center, half);
+    if first == SIDE_BELOW {
+        return PLACE_BELOW;
+    }
+    if clip.planes == 1u {
+        return first;
+    }
+    let second = box_side(clip.second.height, center, half);
+    return select(max(first, second), PLACE_BELOW + 1u, second == SIDE_BELOW);
+}
+
+// A curve below one horizon still crosses the other: beyond the corner of the two lines, where each crossing
+// adds the same, so that only the end points count.
+fn far_crossing(clip: Clip, place: u32, a: vec2f, b: vec2f) -> f32 {
+    if clip.planes < 2u {
+        return 0.0;
+    }
+    if place == PLACE_BELOW {
+        return plane_far_crossing(clip.second) * far_sign(clip.second.height, a, b);
+    }
+    return plane_far_crossing(clip.first) * far_sign(clip.first.height, a, b);
+}
+
+// 1 where the edge comes up, -1 where it goes down.
+fn far_sign(height: Height, a: vec2f, b: vec2f) -> f32 {
+    return f32(height_at(height, b) > 0.0) - f32(height_at(height, a) > 0.0);
+}
+
+// The part of an edge above some planes, as a range of its parameter, and what its crossings close with.
+struct Cut {
+    start: f32,
+    end: f32,
+    closing: f32,
+}
+
+fn cut_at(map: CosineMap, plane: Horizon, cut_any: Cut, a: vec2f, b: vec2f) -> Cut {
+    var cut = cut_any;
+    let ha = height_at(plane.height, a);
+    let hb = height_at(plane.height, b);
+    if ha > 0.0 && hb > 0.0 {
+        return cut;
+    }
+    if !(ha > 0.0) && !(hb > 0.0) {
+        cut.end = 0.0;
+        return cut;
+    }
+    let t = ha / (ha - hb);
+    let closing = plane_crossing(plane, map_point(map, a + (b - a) * t));
+    if ha > 0.0 {
+        cut.closing -= closing;
+        cut.end = min(cut.end, t);
+    } else {
+        cut.closing += closing;
+        cut.start = max(cut.start, t);
+    }
+    return cut;
+}
+
+// The edge's part above all horizons, with the closing terms of its crossings.
+fn cut_edge(map: CosineMap, clip: Clip, a: vec2f, b: vec2f) -> f32 {
+    var cut = Cut(0.0, 1.0, 0.0);
+    if clip.planes >= 1u {
+        cut = cut_at(map, clip.first, cut, a, b);
+    }
+    if clip.planes == 2u {
+        cut = cut_at(map, clip.second, cut, a, b);
+    }
+    if !(cut.start < cut.end) {
+        return cut.closing;
+    }
+    let start = select(a + (b - a) * cut.start, a, cut.start == 0.0);
+    let end = select(a + (b - a) * cut.end, b, cut.end == 1.0);
+    return cut.closing + edge_integral(map, start, end);
+}
+
+// Contour terms (they carry the factor 2 pi), region terms, and pieces visited.
+struct Sums {
+    contour: f32,
+    region: f32,
+    visited: u32,
+}
+
+// A cubic from p0 to p3 by its first, second and third differences.
+struct Cubic {
+    p0: vec2f,
+    p3: vec2f,
+    d0: vec2f,
+    d1: vec2f,
+    d2: vec2f,
+}
+
+// The point at t, as a displacement from the nearer end, which keeps the ends' digits.
+fn cubic_point(c: Cubic, t: f32) -> vec2f {
+    let s = 1.0 - t;
+    let e0 = c.d1 - c.d0;
+    let e1 = c.d2 - c.d1;
+    if t < s {
+        return c.p0 + (c.d0 * 3.0 + (e0 * 3.0 + (e1 - e0) * t) * t) * t;
+    }
+    return c.p3 - (c.d2 * 3.0 - (e1 * 3.0 - (e1 - e0) * s) * s) * s;
+}
+
+// A third of the derivative at t.
+fn cubic_tangent(c: Cubic, t: f32) -> vec2f {
+    let s = 1.0 - t;
+    return c.d0 * (s * s) + c.d1 * (2.0 * s * t) + c.d2 * (t * t);
+}
+
+// Integrates a cubic by halving it where the bound asks for it: chord plus the sliver's area times the kernel
+// at the sliver's centroid (0.4 of the sagitta off the chord).
+fn cubic_leaf(map: CosineMap, clip: Clip, c: Cubic, tolerance: f32) -> Sums {
+    var sums = Sums(0.0, 0.0, 0u);
+    // The first halving is certain: the whole leaf has just been refused. Piece `index` of 2^level.
+    var level = 1u;
+    var index = 0u;
+    var a = c.p0;
+    loop {
+        sums.visited += 1u;
+        let width = 1.0 / f32(1u << level);
+        let t0 = f32(index) * width;
+        let t1 = t0 + width;
+        var b = c.p3;
+        if index + 1u != 1u << level {
+            b = cubic_point(c, t1);
+        }
+        let h0 = cubic_tangent(c, t0) * width;
+        let h1 = cubic_tangent(c, t1) * width;
+        let chord = b - a;
+        let q2 = chord - h1;
+        let area = (3.0 * perp_dot(h0, q2) + 3.0 * perp_dot(h0, chord) + 6.0 * perp_dot(q2, chord)) / 20.0;
+        let low = min(min(a, a + h0), min(b - h1, b));
+        let high = max(max(a, a + h0), max(b - h1, b));
+        let center = (low + high) * 0.5;
+        let half = (high - low) * 0.5;
+        let place = box_place(clip, center, half);
+        let e = expansion_about(map, center, half);
+        var accept = place >= PLACE_BELOW;
+        if place == PLACE_ABOVE {
+            accept = centroid_bound(e, abs(area)) <= tolerance;
+        } else if place == PLACE_CUT {
+            accept = magnitude_bound(e, abs(area)) <= tolerance;
+        }
+        if !accept && level < DEEPEST {
+            level += 1u;
+            index *= 2u;
+            continue;
+        }
+        if place >= PLACE_BELOW {
+            sums.contour += far_crossing(clip, place, a, b);
+        } else if place == PLACE_CUT {
+            sums.contour += cut_edge(map, clip, a, b);
+        } else {
+            sums.contour += edge_integral(map, a, b);
+            if accept {
+                let centroid = a + chord * 0.5 + (h0 - h1) * (0.375 * 0.4);
+                let p = map_point(map, centroid);
+                let inv2 = 1.0 / dot(p, p);
+                sums.region += map.depth / PI * p.z * inv2 * inv2 * area;
+            }
+        }
+        a = b;
+        index += 1u;
+        let up = min(countTrailingZeros(index), level);
+        index >>= up;
+        level -= up;
+        if level == 0u {
+            break;
+        }
+    }
+    return sums;
+}
+
+// The clamped-cosine integral of an emission over the hemisphere that `clip` leaves, signed: positive in front of
+// the light (map.depth > 0), negative behind. Nodes whose error bound is below `tolerance` are not refined.
+fn tree_integral(map: CosineMap, clip: Clip, emitter: Emitter, tolerance: f32) -> Integral {
+    var contour = 0.0;
+    var region = 0.0;
+    var visited = 0u;
+    var i = emitter.first_node;
+    while i < emitter.end_node {
+        visited += 1u;
+        let link = nodes[i].link;
+        let kind = link & ~LINK_MASK;
+        let index = link & LINK_MASK;
+        let skip = select(i + 1u, emitter.first_node + index, kind <= RUN);
+        let center = nodes[i].center - map.foot;
+        let half = nodes[i].half;
+        let place = box_place(clip, center, half);
+        var refine = false;
+        if kind != SEGMENT && place < PLACE_BELOW {
+            let e = expansion_about(map, center, half);
+            let area = nodes[i].area;
+            if place == PLACE_ABOVE {
+                refine = !(remainder_bound(e, area) <= tolerance);
+                if !refine {
+                    region += region_integral(map, e, i);
+                }
+            } else {
+                refine = !(magnitude_bound(e, area) <= tolerance);
+            }
+        }
+        if refine && kind != CUBIC {
+            i += 1u;
+            continue;
+        }
+        if kind != CLUSTER {
+            let a = nodes[i].a - map.foot;
+            let b = nodes[i].b - map.foot;
+            if refine {
+                let leaf = handles[emitter.first_handles + index];
+                let p1 = leaf.p1 - map.foot;
+                let p2 = leaf.p2 - map.foot;
+                let sums = cubic_leaf(map, clip, Cubic(a, b, p1 - a, p2 - p1, b - p2), tolerance);
+                contour += sums.contour;
+                region += sums.region;
+                visited += sums.visited;
+            } else if place == PLACE_ABOVE {
+                contour += edge_integral(map, a, b);
+            } else if place == PLACE_CUT {
+                contour += cut_edge(map, clip, a, b);
+            } else {
+                contour += far_crossing(clip, place, a, b);
+            }
+        }
+        i = skip;
+    }
+    return Integral(contour / TAU + region, visited);
+}

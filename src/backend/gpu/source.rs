@@ -1,0 +1,62 @@
+//! The shaders, put together from `shaders/*.wgsl`: plain concatenation, with the constants that Rust owns in front.
+
+use super::layout::BOX_COUNT_BITS;
+use crate::brdf::ltc::{ALPHA_MIN, Table};
+use crate::kernel::surface::NO_TEXTURE;
+use crate::kernel::tree::{CLUSTER, CUBIC, LINK_MASK, RUN, SEGMENT};
+
+/// Rows of the skip counters: workgroups of different rows do not wait for each other.
+pub const SKIP_ROWS: u32 = 32;
+
+/// The source of one pass.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// The pass.
+    pub name: &'static str,
+    /// WGSL.
+    pub code: String,
+}
+
+macro_rules! concatenate {
+    ($name:literal: $($stem:literal)*) => {
+        Source {
+            name: $name,
+            code: [constants().as_str(), $(include_str!(concat!("../../../shaders/", $stem, ".wgsl"))),*].join("\n"),
+        }
+    };
+}
+
+/// Which triangle each sample sees: `draw_triangle`, `store_triangle`.
+pub fn gbuffer() -> Source {
+    concatenate!("gbuffer": "types" "raster" "gbuffer")
+}
+
+/// Shading: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR` and `TEXTURES`.
+pub fn light() -> Source {
+    concatenate!("light": "types" "ltc" "frame" "map" "edge" "horizon" "tree" "surface" "nearest" "shade" "light")
+}
+
+/// The light meter: `read_meter`.
+pub fn meter() -> Source {
+    concatenate!("meter": "types" "ltc" "frame" "map" "edge" "horizon" "tree" "surface" "shade" "meter")
+}
+
+/// The constants that Rust owns.
+fn constants() -> String {
+    let [alphas, thetas] = Table::shipped().size();
+    let unsigned = [
+        ("LINK_MASK", LINK_MASK),
+        ("CLUSTER", CLUSTER),
+        ("RUN", RUN),
+        ("SEGMENT", SEGMENT),
+        ("CUBIC", CUBIC),
+        ("NO_TEXTURE", NO_TEXTURE),
+        ("BOX_COUNT_BITS", BOX_COUNT_BITS),
+        ("SKIP_ROWS", SKIP_ROWS),
+        ("LTC_ALPHAS", alphas as u32),
+        ("LTC_THETAS", thetas as u32),
+    ];
+    let mut code: String = unsigned.iter().map(|(name, value)| format!("const {name}: u32 = {value}u;\n")).collect();
+    code += &format!("const LTC_ALPHA_MIN: f32 = {ALPHA_MIN:e};\n");
+    code
+}

@@ -1,0 +1,266 @@
+//! CPU and GPU give the same picture.
+//!
+//! The white level is radiance 1, or the brightest light's radiance where that is more: 95 % of the pixels agree within
+//! 1e-5 of it, all within 1e-3.
+
+use crate::cases::{Rng, ring};
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use glyphlight::backend::cpu::CpuBackend;
+use glyphlight::backend::gpu::layout::MeterPoint;
+use glyphlight::backend::gpu::{AdapterChoice, GpuBackend};
+use glyphlight::backend::prepared::Prepared;
+use glyphlight::backend::{Backend, BackendError, Rendering, Settings, Technique, gather};
+use glyphlight::film::Film;
+use glyphlight::kernel::frame::ShadingFrame;
+use glyphlight::light::{AreaLight, Layer, Placement};
+use glyphlight::scene::surface::plane;
+use glyphlight::scene::{Camera, Material, Scene, Texture, Triangle, Vertex};
+use glyphlight::shape::{CubicBez, Shape};
+use std::sync::OnceLock;
+
+/// The GPU, or `None` with a loud line where there is none. With `CI` or `GLYPHLIGHT_REQUIRE_GPU` set that is a failure.
+fn gpu() -> Option<&'static GpuBackend> {
+    static GPU: OnceLock<Result<GpuBackend, BackendError>> = OnceLock::new();
+    match GPU.get_or_init(|| GpuBackend::new(AdapterChoice::Any)) {
+        Ok(gpu) => Some(gpu),
+        Err(error) => {
+            let required = ["CI", "GLYPHLIGHT_REQUIRE_GPU"].iter().any(|name| std::env::var_os(name).is_some());
+            assert!(!required, "a GPU is required here: {error}");
+            eprintln!("SKIPPED: the GPU backend was NOT tested: {error}");
+            None
+        }
+    }
+}
+
+fn settings(samples: u32) -> Settings {
+    Settings { width: 97, height: 71, samples, tolerance: 1e-4, technique: Technique::Tree }
+}
+
+fn material(alpha: f32, metallic: f32) -> Material {
+    Material { base_color: [0.9, 0.7, 0.5], metallic, alpha, ..Material::default() }
+}
+
+fn light(shape: Shape, origin: DVec3, turn: DVec3, radiance: DVec3) -> AreaLight {
+    AreaLight {
+        name: "light".into(),
+        layers: vec![Layer { shape, radiance, opacity: 1.0 }],
+        placement: Placement::new(origin, turn, DVec2::ONE),
+        two_sided: false,
+    }
+}
+
+/// A light over a floor.
+fn floor(material: Material, light: AreaLight) -> Scene {
+    Scene {
+        camera: Camera {
+            position: DVec3::new(1.5, 2.0, 5.5),
+            look_at: DVec3::new(0.0, 0.4, 0.3),
+            up: DVec3::Y,
+            fov_y: 50.0,
+        },
+        triangles: plane(DVec3::ZERO, DVec3::Y, [20.0, 12.0], 1.0, 0).to_vec(),
+        materials: vec![material],
+        textures: Vec::new(),
+        lights: vec![light],
+        background: [0.01, 0.02, 0.03],
+    }
+}
+
+fn circle(center: DVec2, radius: f64) -> Vec<CubicBez> {
+    const K: f64 = 0.552_284_749_830_793_4;
+    let corner = |i: usize| DVec2::from_angle(i as f64 * std::f64::consts::FRAC_PI_2) * radius;
+    (0..4)
+        .map(|i| {
+            let (a, b) = (corner(i), corner((i + 1) % 4));
+            let (a, p1, p2, b) = (a, a + a.perp() * K, b - b.perp() * K, b);
+            let [a, p1, p2, b] = [a, p1, p2, b].map(|p| center + p);
+            CubicBez::new(a, p1, p2, b)
+        })
+        .map(|mut c| {
+            // Shared end points to the bit.
+            let snap = |p: DVec2| (p * 1e9).round() / 1e9;
+            (c.p0, c.p3) = (snap(c.p0), snap(c.p3));
+            c
+        })
+        .collect()
+}
+
+fn reversed(mut curves: Vec<CubicBez>) -> Vec<CubicBez> {
+    curves.reverse();
+    curves.iter_mut().for_each(|c| *c = c.reversed());
+    curves
+}
+
+fn annulus() -> Shape {
+    Shape::from_contours(vec![circle(DVec2::ZERO, 0.8), reversed(circle(DVec2::new(0.1, 0.0), 0.4))]).unwrap()
+}
+
+fn rectangle() -> Shape {
+    Shape::rectangle(DVec2::new(-1.0, -0.5), DVec2::new(1.0, 0.5))
+}
+
+fn blob() -> Shape {
+    Shape::from_contours(vec![ring(&mut Rng(5), DVec2::ZERO, 1.0, 9, false)]).unwrap()
+}
+
+/// Sixty contours, some with holes, as in a line of text.
+fn page() -> Shape {
+    let mut rng = Rng(8);
+    let mut contours = Vec::new();
+    for i in 0..60 {
+        let center = DVec2::new(f64::from(i % 12) * 0.2 - 1.1, f64::from(i / 12) * 0.2 - 0.4);
+        contours.push(ring(&mut rng, center, 0.08, 6, false));
+        if i % 3 == 0 {
+            contours.push(ring(&mut rng, center, 0.03, 4, true));
+        }
+    }
+    Shape::from_contours(contours).unwrap()
+}
+
+/// A sphere of `n` × 2n quads, smooth normals.
+fn sphere(center: DVec3, radius: f64, n: u32, material: u32) -> Vec<Triangle> {
+    let vertex = |i: u32, j: u32| {
+        let (theta, phi) = (f64::from(i) / f64::from(n), f64::from(j % (2 * n)) / f64::from(n));
+        let (st, ct) = (theta * std::f64::consts::PI).sin_cos();
+        let (sp, cp) = (phi * std::f64::consts::PI).sin_cos();
+        let normal = DVec3::new(st * cp, ct, st * sp);
+        Vertex {
+            position: center + normal * radius,
+            normal: normal.as_vec3(),
+            tangent: Vec3::new(-sp as f32, 0.0, cp as f32).extend(1.0),
+            uv: Vec2::new(j as f32 / n as f32, i as f32 / n as f32),
+        }
+    };
+    let quad = |i: u32, j: u32| {
+        let [a, b, c, d] = [vertex(i, j), vertex(i, j + 1), vertex(i + 1, j + 1), vertex(i + 1, j)];
+        [Triangle { vertices: [a, b, c], material }, Triangle { vertices: [a, c, d], material }]
+    };
+    (0..n).flat_map(|i| (0..2 * n).flat_map(move |j| quad(i, j))).collect()
+}
+
+/// A floor with all three kinds of texture.
+fn textured() -> Scene {
+    let mut scene = floor(
+        Material {
+            base_color_texture: Some(0),
+            metallic_roughness_texture: Some(1),
+            normal_texture: Some(2),
+            normal_scale: 0.6,
+            ..material(0.5, 0.8)
+        },
+        light(annulus(), DVec3::new(0.0, 1.2, 0.0), DVec3::new(20.0, 0.0, 0.0), DVec3::splat(2.0)),
+    );
+    let mut rng = Rng(3);
+    let mut texture = |width: u32, height: u32, srgb: bool, low: [f64; 3], high: [f64; 3]| {
+        let mut texel = || {
+            let [r, g, b] = std::array::from_fn(|c| rng.within(low[c], high[c]) as u32);
+            r | g << 8 | b << 16 | 0xff << 24
+        };
+        Texture { width, height, texels: (0..width * height).map(|_| texel()).collect(), srgb }
+    };
+    scene.textures = vec![
+        texture(8, 8, true, [20.0; 3], [255.0; 3]),
+        texture(7, 5, false, [0.0, 120.0, 0.0], [255.0; 3]),
+        texture(16, 4, false, [100.0, 100.0, 200.0], [156.0, 156.0, 255.0]),
+    ];
+    scene
+}
+
+/// A sphere and a mirror-like wall on the floor.
+fn mesh(n: u32) -> Scene {
+    let mut scene = floor(
+        material(0.3, 0.0),
+        light(blob(), DVec3::new(-0.4, 1.9, 0.0), DVec3::new(40.0, 10.0, 0.0), DVec3::new(3.0, 2.0, 1.0)),
+    );
+    scene.materials.push(material(0.1, 1.0));
+    scene.triangles.extend(sphere(DVec3::new(0.3, 0.6, 1.4), 0.6, n, 1));
+    scene
+}
+
+fn scenes() -> Vec<(&'static str, Scene)> {
+    let white = DVec3::ONE;
+    let above = DVec3::new(0.0, 1.3, 0.0);
+    let tilt = DVec3::new(15.0, 20.0, 0.0);
+    let mut all = vec![
+        ("rectangle, alpha 0.25", floor(material(0.25, 0.0), light(rectangle(), above, tilt, white))),
+        ("rectangle, alpha 0.05", floor(material(0.05, 0.0), light(rectangle(), above, tilt, white))),
+        ("annulus, alpha 0.8", floor(material(0.8, 0.0), light(annulus(), above, tilt, white))),
+        ("blob, metal of alpha 0.1", floor(material(0.1, 1.0), light(blob(), above, tilt, DVec3::new(1.0, 0.6, 0.2)))),
+        ("page, alpha 0.15", floor(material(0.15, 0.0), light(page(), above, tilt, white))),
+        ("page, diffuse", floor(Material { specular: 0.0, ..material(0.5, 0.0) }, light(page(), above, tilt, white))),
+        (
+            "annulus through the floor",
+            floor(material(0.25, 0.3), light(annulus(), DVec3::new(0.0, 0.2, 0.0), tilt, white)),
+        ),
+        ("page through the floor", floor(material(0.1, 0.0), light(page(), DVec3::new(0.0, 0.1, 0.3), tilt, white))),
+        (
+            "rectangle facing away",
+            floor(material(0.25, 0.0), light(rectangle(), above, DVec3::new(0.0, 170.0, 0.0), white)),
+        ),
+        ("textures", textured()),
+        ("sphere of few triangles", mesh(6)),
+        ("sphere of many triangles", mesh(120)),
+        ("no light", Scene { lights: Vec::new(), ..mesh(6) }),
+        ("no surface", Scene { triangles: Vec::new(), ..mesh(6) }),
+    ];
+    let mut both = floor(material(0.25, 0.0), light(blob(), above, DVec3::new(0.0, 65.0, 10.0), white));
+    both.lights[0].two_sided = true;
+    all.push(("blob with two sides", both));
+    let mut layers = floor(material(0.2, 0.5), light(annulus(), above, tilt, DVec3::new(0.2, 0.5, 2.0)));
+    layers.lights[0].layers.push(Layer { shape: blob(), radiance: DVec3::new(0.7, 0.1, 0.0), opacity: 0.5 });
+    layers.lights.push(light(rectangle(), DVec3::new(2.0, 0.6, -1.0), DVec3::new(0.0, -30.0, 5.0), white));
+    all.push(("two lights, three emissions", layers));
+    let mut down = floor(material(0.15, 0.0), light(annulus(), above, DVec3::new(70.0, 0.0, 0.0), white));
+    down.camera.position = DVec3::new(0.1, 4.0, 0.1);
+    down.camera.look_at = DVec3::new(0.1, 0.0, 0.1);
+    all.push(("seen from straight above", down));
+    all
+}
+
+fn white_level(scene: &Scene) -> f32 {
+    let layers = scene.lights.iter().flat_map(|l| &l.layers);
+    layers.map(|l| l.radiance.max_element()).fold(1.0, f64::max) as f32
+}
+
+/// Fraction of pixels that differ by more than 1e-5 of the white level, and the largest difference over it.
+fn difference(a: &Film, b: &Film, white: f32) -> (f64, f32) {
+    assert_eq!((a.width, a.height), (b.width, b.height));
+    let layers = |f: &Film| -> Vec<[f32; 9]> {
+        let pixel = |((d, s), e): ((&[f32; 3], &[f32; 3]), &[f32; 3])| {
+            [d[0], d[1], d[2], s[0], s[1], s[2], e[0], e[1], e[2]]
+        };
+        f.diffuse.iter().zip(&f.specular).zip(&f.emission).map(pixel).collect()
+    };
+    let worst = |(p, q): (&[f32; 9], &[f32; 9])| -> f32 {
+        p.iter().zip(q).map(|(x, y)| if x.is_finite() && y.is_finite() { (x - y).abs() } else { f32::MAX }).fold(0.0, f32::max) / white
+    };
+    let errors: Vec<f32> = layers(a).iter().zip(&layers(b)).map(worst).collect();
+    let off = errors.iter().filter(|&&e| e > 1e-5).count() as f64 / errors.len() as f64;
+    (off, errors.into_iter().fold(0.0, f32::max))
+}
+
+fn agree((off, worst): (f64, f32)) -> bool {
+    off <= 0.05 && worst <= 1e-3
+}
+
+fn render(backend: &dyn Backend, scene: &Scene, settings: &Settings) -> Rendering {
+    backend.render(scene, settings).unwrap()
+}
+
+#[test]
+fn every_scene_is_the_same_on_both() {
+    let Some(gpu) = gpu() else { return };
+    let mut bad = Vec::new();
+    for (name, scene) in scenes() {
+        for samples in [1, 3] {
+            let settings = settings(samples);
+            let (a, b) = (render(&CpuBackend, &scene, &settings), render(gpu, &scene, &settings));
+            let difference = difference(&a.film, &b.film, white_level(&scene));
+            println!("{name}, {samples} samples: {:.2e} of the pixels off, worst {:.1e}", difference.0, difference.1);
+            if !agree(difference) {
+                bad.push(format!("{name}: {difference:?}"));
+            }
+        }
+    }
+    assert!(bad.is_empty(), "{bad:#?}");
+}
