@@ -4,7 +4,7 @@ use super::say;
 use crate::brdf::fit::{FitOptions, Tilt, fit_table};
 use crate::brdf::ltc::Table;
 use crate::error::Error;
-use crate::film::{FilmError, write_whole};
+use crate::film::{FilmError, Pending, check_writable};
 use comfy_table::{Cell, CellAlignment};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -24,6 +24,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Error> {
+    args.output.as_deref().map(check_writable).transpose()?;
     let size = args.size as usize;
     let options = FitOptions { alphas: size, thetas: size, ..FitOptions::default() };
     let table = if args.shipped { Table::shipped().clone() } else { fit(&options, "free tilt")? };
@@ -39,7 +40,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
 /// Writes the table, whole or not at all.
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let io = |source| FilmError::Io { path: path.into(), source };
-    Ok(write_whole(path, |out| out.write_all(bytes).map_err(io))?)
+    Ok(Pending::new(path, |out| out.write_all(bytes).map_err(io))?.keep()?)
 }
 
 fn fit(options: &FitOptions, what: &str) -> Result<Table, Error> {

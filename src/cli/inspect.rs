@@ -3,7 +3,7 @@
 use super::lights::{Art, Source, Style};
 use super::say;
 use crate::error::Error;
-use crate::film::diagram;
+use crate::film::{Format, check_writable, diagram};
 use crate::light::tree::Tree;
 use crate::scene::file;
 use comfy_table::Table;
@@ -52,6 +52,12 @@ struct Report {
 }
 
 pub fn run(args: &Args) -> Result<(), Error> {
+    if let Some(path) = &args.png {
+        if Format::of(path)? != Format::Png {
+            return Err(Error::Usage(format!("{}: a drawing ends in .png", path.display())));
+        }
+        check_writable(path)?;
+    }
     let (arts, warnings) = arts(args)?;
     let mut emissions = Vec::new();
     for art in &arts {

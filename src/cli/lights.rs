@@ -139,7 +139,7 @@ fn text_art(text: &str, style: &Style) -> Result<Art, Error> {
             DirectionArg::Rtl => Direction::Rtl,
         },
     };
-    let text_layout = layout(text, &fonts, &set).map_err(OutlineError::from)?;
+    let text_layout = layout(text, &fonts, &set).map_err(|e| argument("text", text, e))?;
     Ok(Art { name: text.into(), layers: vec![white(text_layout.shape)], warnings: text_layout.warnings })
 }
 
@@ -165,9 +165,14 @@ fn path_art(data: &str, style: &Style) -> Result<Art, Error> {
         FillRuleArg::Nonzero => FillRule::NonZero,
         FillRuleArg::Evenodd => FillRule::EvenOdd,
     };
-    Ok(Art {
-        name: "path".into(),
-        layers: vec![white(path::shape(data, rule).map_err(OutlineError::from)?)],
-        warnings: Vec::new(),
-    })
+    let shape = path::shape(data, rule).map_err(|e| argument("path", data, e))?;
+    Ok(Art { name: "path".into(), layers: vec![white(shape)], warnings: Vec::new() })
+}
+
+/// An error of what an argument holds.
+fn argument(argument: &'static str, value: &str, source: impl Into<OutlineError>) -> Error {
+    const QUOTED: usize = 60;
+    let shown: String = value.chars().take(QUOTED).collect();
+    let more = if shown.len() < value.len() { "…" } else { "" };
+    Error::Argument { argument, value: format!("{shown:?}{more}"), source: Box::new(source.into()) }
 }

@@ -7,7 +7,7 @@ use crate::backend::cpu::CpuBackend;
 use crate::backend::{Backend, BackendError, Rendering, Settings, Stats, Technique};
 use crate::color::parse_hex;
 use crate::error::Error;
-use crate::film::{Display, Film, Format, ToneMap};
+use crate::film::{Display, Film, Format, Pending, ToneMap, check_writable};
 use crate::scene::preset::{PresetOptions, sign};
 use crate::scene::{Scene, file};
 use clap::ValueEnum;
@@ -144,6 +144,7 @@ fn unit(text: &str) -> Result<f32, String> {
 pub fn run(args: &Args) -> Result<(), Error> {
     for path in &args.output {
         Format::of(path)?;
+        check_writable(path)?;
     }
     let settings = Settings {
         width: args.width,
@@ -169,10 +170,8 @@ pub fn run(args: &Args) -> Result<(), Error> {
 
 fn write(film: &Film, args: &Args) -> Result<(), Error> {
     let display = Display { exposure: args.exposure, tone_map: args.tone_map.into(), dither: args.dither };
-    for path in &args.output {
-        film.write(path, &display)?;
-    }
-    Ok(())
+    let files = args.output.iter().map(|path| film.encode(path, &display)).collect::<Result<Vec<_>, _>>()?;
+    Ok(files.into_iter().try_for_each(Pending::keep)?)
 }
 
 fn scene(args: &Args) -> Result<Scene, Error> {
