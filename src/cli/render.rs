@@ -201,14 +201,14 @@ fn render(scene: &Scene, settings: &Settings, backend: BackendArg) -> Result<Ren
 
 #[cfg(feature = "gpu")]
 fn on_gpu(scene: &Scene, settings: &Settings, backend: BackendArg) -> Result<Rendering, BackendError> {
-    use crate::backend::gpu::{Adapters, GpuBackend};
+    use crate::backend::gpu::{AdapterChoice, GpuBackend};
     match backend {
-        BackendArg::Auto => match GpuBackend::new(Adapters::Hardware) {
+        BackendArg::Auto => match GpuBackend::new(AdapterChoice::Hardware) {
             Ok(gpu) => gpu.render(scene, settings),
             Err(BackendError::NoAdapter(_)) => CpuBackend.render(scene, settings),
             Err(error) => Err(error),
         },
-        _ => GpuBackend::new(Adapters::Any)?.render(scene, settings),
+        _ => GpuBackend::new(AdapterChoice::Any)?.render(scene, settings),
     }
 }
 
