@@ -307,6 +307,7 @@ impl Table {
     /// Bilinear in (√α, √(1 − cos θ)). Total: any f32 gives a finite lobe (NaN counts as the lower end). At normal view
     /// the lobe is round to the bit, so that the choice of the frame about the normal does not matter.
     #[inline]
+    #[expect(clippy::manual_clamp, reason = "clamp lets NaN through")]
     pub fn lobe(&self, alpha: f32, cos_theta: f32) -> Lobe {
         let alpha = alpha.max(ALPHA_MIN).min(1.0);
         let c = cos_theta.max(0.0).min(1.0);

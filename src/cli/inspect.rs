@@ -112,6 +112,7 @@ fn arts(args: &Args) -> Result<(Vec<Art>, Vec<String>), Error> {
             Ok((vec![art], warnings))
         }
         "toml" => {
+            args.style.check("a scene file")?;
             let loaded = file::load(path)?;
             let art = |l: crate::light::AreaLight| Art { name: l.name, layers: l.layers, warnings: Vec::new() };
             Ok((loaded.scene.lights.into_iter().map(art).collect(), loaded.warnings))

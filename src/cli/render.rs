@@ -69,7 +69,7 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 struct Sign {
     /// Radiance of the sign (of white, for an SVG), W/(sr·m²)
-    #[arg(long, default_value_t = 1.5, value_parser = positive_f64, conflicts_with = "scene")]
+    #[arg(long, default_value_t = 1.5, value_parser = radiance, conflicts_with = "scene")]
     radiance: f64,
     /// Colour of the sign, #rrggbb
     #[arg(long, default_value = "#ffffff", value_parser = hex, conflicts_with = "scene")]
@@ -133,6 +133,12 @@ pub(super) fn positive(text: &str) -> Result<f32, String> {
     if value.is_finite() && value > 0.0 { Ok(value) } else { Err(format!("{text} is beyond the range of f32")) }
 }
 
+/// A radiance, within what scene files take as well.
+fn radiance(text: &str) -> Result<f64, String> {
+    let value = positive_f64(text)?;
+    if value <= 1e12 { Ok(value) } else { Err(format!("{text} is more than 1e12")) }
+}
+
 fn finite(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| format!("`{text}` is not a finite number"))
 }
@@ -176,6 +182,7 @@ fn write(film: &Film, args: &Args) -> Result<(), Error> {
 
 fn scene(args: &Args) -> Result<Scene, Error> {
     if let Some(path) = &args.scene {
+        args.style.check("a scene file")?;
         let loaded = file::load(path)?;
         warn(&loaded.warnings);
         return Ok(loaded.scene);

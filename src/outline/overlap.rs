@@ -30,7 +30,7 @@ const STACK: usize = 8 << 20;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OverlapError {
     /// A coordinate is NaN, infinite or beyond 1e150.
-    #[error("path element {element}: coordinate {value} is not finite")]
+    #[error("path element {element}: coordinate {value:?} is not finite")]
     NotFinite {
         /// Index of the path element.
         element: usize,
