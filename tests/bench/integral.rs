@@ -1,22 +1,25 @@
 //! One LTC integral per pixel: what a light costs by the number of its curves.
 //!
-//! The floor of a 1024 × 1024 picture, alpha 0.25, lights standing 0.15 m above it and crossing both horizons for
-//! part of the pixels. Every light goes the same way; the rectangle is the unit to compare with. Run:
-//! `cargo bench --bench integral`.
+//! The floor of a 1024 × 1024 picture, alpha 0.25, lights standing 0.15 m above it. Every light goes the same way; the
+//! rectangle is the unit to compare with. `integral` times the integral alone on one thread, at a hundredth of the
+//! pixels; `picture` the whole shading stage of a metal floor on each backend. Run: `cargo bench --bench integral`.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec2, DVec3};
+use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::gather::Images;
 use glyphlight::backend::prepared::{Emitter, Prepared};
-use glyphlight::backend::{Settings, Technique};
+use glyphlight::backend::{Backend, BackendError, Settings, Technique};
 use glyphlight::brdf::ltc::Table;
 use glyphlight::kernel::frame::ShadingFrame;
 use glyphlight::light::{AreaLight, Layer, Placement};
 use glyphlight::outline::font::Font;
 use glyphlight::outline::text::{Align, TextStyle, layout};
-use glyphlight::scene::{Camera, Scene};
+use glyphlight::scene::surface::plane;
+use glyphlight::scene::{Camera, Material, Scene};
 use glyphlight::shape::Shape;
 use std::hint::black_box;
+use std::time::Duration;
 
 const PARAGRAPH: &str = "Light in the shape of\nletters falls on every\nfloor that it can see,\nand the farther it is,\nthe softer it becomes.";
 
@@ -41,7 +44,12 @@ fn lights() -> Vec<(&'static str, Shape)> {
     lights.into_iter().map(|(name, shape)| (name, stand(shape))).collect()
 }
 
-fn prepared(shape: &Shape) -> Prepared {
+fn settings(tolerance: f32) -> Settings {
+    Settings { width: 1024, height: 1024, samples: 1, tolerance, technique: Technique::Tree }
+}
+
+/// A metal floor under the light.
+fn scene(shape: &Shape) -> Scene {
     let light = AreaLight {
         name: "light".into(),
         layers: vec![Layer { shape: shape.clone(), radiance: DVec3::ONE, opacity: 1.0 }],
@@ -50,16 +58,15 @@ fn prepared(shape: &Shape) -> Prepared {
     };
     let camera =
         Camera { position: DVec3::new(1.5, 3.0, 6.5), look_at: DVec3::new(0.0, 0.2, 0.8), up: DVec3::Y, fov_y: 50.0 };
-    let scene = Scene {
+    let metal = Material { base_color: [1.0; 3], metallic: 1.0, alpha: 0.25, ..Material::default() };
+    Scene {
         camera,
-        triangles: vec![],
-        materials: vec![],
+        triangles: plane(DVec3::ZERO, DVec3::Y, [20.0; 2], 1.0, 0).to_vec(),
+        materials: vec![metal],
         textures: vec![],
         lights: vec![light],
         background: [0.0; 3],
-    };
-    let settings = Settings { width: 1024, height: 1024, samples: 1, tolerance: 1e-3, technique: Technique::Tree };
-    Prepared::new(&scene, &settings).expect("a scene")
+    }
 }
 
 /// Points of the floor and directions towards the eye, a thousandth of the picture's pixels, spread over it.
@@ -93,12 +100,12 @@ fn integrate(emitter: &Emitter, points: &[(DVec3, ShadingFrame)], tolerance: f32
     sum
 }
 
-fn bench(c: &mut Criterion) {
+fn integral(c: &mut Criterion) {
     for (lobe, lobes) in [("specular", true), ("diffuse", false)] {
         for tolerance in [1e-3, 1e-4] {
-            let mut group = c.benchmark_group(format!("{lobe}, tolerance {tolerance:e}"));
+            let mut group = c.benchmark_group(format!("integral, {lobe}, tolerance {tolerance:e}"));
             for (name, shape) in lights() {
-                let prepared = prepared(&shape);
+                let prepared = Prepared::new(&scene(&shape), &settings(tolerance)).expect("a scene");
                 let points = floor_points(&prepared);
                 let emitter = &prepared.emitters[0];
                 group.throughput(Throughput::Elements(points.len() as u64));
@@ -111,5 +118,42 @@ fn bench(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, bench);
+/// The shading stage of whole pictures.
+fn picture(c: &mut Criterion) {
+    let mut backends: Vec<(&str, Box<dyn Backend>)> = vec![("cpu", Box::new(CpuBackend))];
+    match gpu() {
+        Ok(gpu) => backends.push(("gpu", gpu)),
+        Err(error) => println!("SKIPPED: the GPU backend: {error}"),
+    }
+    for (name, backend) in backends {
+        let mut group = c.benchmark_group(format!("picture, {name}, tolerance 1e-3"));
+        group.sample_size(10).throughput(Throughput::Elements(1024 * 1024));
+        for (light, shape) in lights() {
+            let scene = scene(&shape);
+            group.bench_function(BenchmarkId::from_parameter(light), |b| {
+                b.iter_custom(|times| (0..times).map(|_| shading(backend.as_ref(), &scene)).sum());
+            });
+        }
+        group.finish();
+    }
+}
+
+fn shading(backend: &dyn Backend, scene: &Scene) -> Duration {
+    let stats = backend.render(scene, &settings(1e-3)).expect("a picture").stats;
+    let stage = stats.stages.iter().find(|(name, _)| name == "shading").expect("a shading stage");
+    Duration::from_secs_f64(stage.1)
+}
+
+#[cfg(feature = "gpu")]
+fn gpu() -> Result<Box<dyn Backend>, BackendError> {
+    use glyphlight::backend::gpu::{AdapterChoice, GpuBackend};
+    Ok(Box::new(GpuBackend::new(AdapterChoice::Any)?))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn gpu() -> Result<Box<dyn Backend>, BackendError> {
+    Err(BackendError::NoAdapter("built without the feature `gpu`".into()))
+}
+
+criterion_group!(benches, integral, picture);
 criterion_main!(benches);
