@@ -1,7 +1,7 @@
 //! `glyphlight inspect`: what an input becomes.
 
 use super::lights::{Art, Source, Style};
-use super::say;
+use super::{label, say};
 use crate::error::Error;
 use crate::film::{Format, check_writable, diagram};
 use crate::light::tree::Tree;
@@ -130,7 +130,7 @@ fn table(rows: &[Row]) -> String {
     ]);
     for r in rows {
         table.add_row([
-            r.light.escape_default().to_string(),
+            label(&r.light),
             r.layer.to_string(),
             r.contours.to_string(),
             r.holes.to_string(),

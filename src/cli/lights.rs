@@ -55,6 +55,9 @@ pub struct Style {
     /// Direction of the lines [default: auto]
     #[arg(long, value_enum)]
     direction: Option<DirectionArg>,
+    /// Light every part of the SVG alike, whatever its own colours
+    #[arg(long)]
+    no_svg_colors: bool,
     /// Fill rule of --path [default: nonzero]
     #[arg(long, value_enum)]
     fill_rule: Option<FillRuleArg>,
@@ -64,7 +67,7 @@ impl Style {
     /// Refuses what would have no effect; `kind` is `--text`, `--svg`, `--path` or what a file is called.
     pub fn check(&self, kind: &str) -> Result<(), Error> {
         const TEXT: &[&str] = &["--text"];
-        let given: [(&str, bool, &[&str]); 8] = [
+        let given: [(&str, bool, &[&str]); 9] = [
             ("font", !self.font.is_empty(), TEXT),
             ("size", self.size.is_some(), &["--text", "--svg"]),
             ("align", self.align.is_some(), TEXT),
@@ -72,6 +75,7 @@ impl Style {
             ("line-height", self.line_height.is_some(), TEXT),
             ("axis", !self.axis.is_empty(), TEXT),
             ("direction", self.direction.is_some(), TEXT),
+            ("no-svg-colors", self.no_svg_colors, &["--svg"]),
             ("fill-rule", self.fill_rule.is_some(), &["--path"]),
         ];
         match given.iter().find(|(_, given, kinds)| *given && !kinds.contains(&kind)) {
@@ -189,8 +193,16 @@ fn font(name: &str) -> Result<Font, Error> {
 fn svg_art(file: &Path, style: &Style) -> Result<Art, Error> {
     let name = file.display().to_string();
     let art = svg::svg(&read(file, MAX_BYTES)?, &name, &SvgOptions::bundled(style.size()))?;
-    let layer = |l: svg::ArtLayer| Layer { shape: l.shape, radiance: l.color.into(), opacity: l.opacity };
-    Ok(Art { name, layers: art.layers.into_iter().map(layer).collect(), warnings: art.warnings })
+    let layer = |l: svg::ArtLayer| {
+        // The colours of the art are multiplied by the opacity already.
+        let radiance = if style.no_svg_colors { DVec3::splat(l.opacity) } else { l.color.into() };
+        Layer { shape: l.shape, radiance, opacity: l.opacity }
+    };
+    let layers: Vec<_> = art.layers.into_iter().map(layer).collect();
+    if layers.iter().all(|l| l.radiance == DVec3::ZERO) {
+        return Err(Error::Usage(format!("{name}: all of it is black; --no-svg-colors lights every part of it")));
+    }
+    Ok(Art { name, layers, warnings: art.warnings })
 }
 
 fn path_art(data: &str, style: &Style) -> Result<Art, Error> {

@@ -69,6 +69,14 @@ fn say(line: impl std::fmt::Display) -> Result<(), Error> {
     writeln!(std::io::stdout().lock(), "{line}").map_err(|source| Error::io(stdout, source))
 }
 
+/// The name of a light on one line of a table, shortened.
+fn label(name: &str) -> String {
+    const SHOWN: usize = 40;
+    let more = if name.chars().nth(SHOWN).is_some() { "…" } else { "" };
+    let shown: String = name.chars().take(SHOWN).collect();
+    format!("{}{more}", shown.escape_debug())
+}
+
 /// Reads a file or pipe the user named, up to a limit.
 fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     let io = |source| Error::io(path, source);

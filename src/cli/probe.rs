@@ -19,8 +19,14 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Largest coordinate, in light space and in cosine space, and one over the least scale of cosine space.
+/// Largest coordinate, in light space and in cosine space.
 const LARGEST: f64 = 1e30;
+
+/// Least of the largest coordinate in cosine space.
+const SMALLEST: f64 = 1e-30;
+
+/// Farthest point of a scene along an axis, metres.
+const FARTHEST: f64 = 1e12;
 
 /// Largest file of cases or points.
 const MAX_BYTES: u64 = 1 << 30;
@@ -144,10 +150,10 @@ fn integrals(path: &Path, how: &How) -> Result<(), Error> {
 fn cosine_space(case: &Case) -> Result<[DVec3; 3], String> {
     let c = [case.c0, case.c1, case.c2].map(DVec3::from_array);
     let largest = c.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
-    if (1.0 / LARGEST..=LARGEST).contains(&largest) {
+    if (SMALLEST..=LARGEST).contains(&largest) {
         return Ok(c);
     }
-    Err(format!("the largest of `c0`, `c1`, `c2` is {largest:e}; it must be {:e} to {LARGEST:e}", 1.0 / LARGEST))
+    Err(format!("the largest of `c0`, `c1`, `c2` is {largest:e}; it must be {SMALLEST:e} to {LARGEST:e}"))
 }
 
 fn json(value: &impl Serialize) -> String {
@@ -221,6 +227,9 @@ fn reading(prepared: &Prepared, settings: &Settings, point: Point) -> Result<Rea
     };
     if !(0.0..=1.0).contains(&point.alpha) {
         return Err(format!("`alpha` = {} is not between 0 and 1", point.alpha));
+    }
+    if point.position.iter().any(|v| v.abs() > FARTHEST) {
+        return Err(format!("`position` = {:?} is beyond ±{FARTHEST:e} m", point.position));
     }
     let frame = ShadingFrame::new(unit("normal", point.normal)?, unit("view", point.view)?);
     let lobe = Table::shipped().lobe(point.alpha as f32, frame.cos_theta as f32);

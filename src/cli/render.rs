@@ -2,7 +2,7 @@
 
 use super::lights::{Source, Style};
 use super::probe::TechniqueArg;
-use super::{say, warn};
+use super::{label, say, warn};
 use crate::backend::cpu::CpuBackend;
 use crate::backend::{Backend, BackendError, Rendering, Settings, Stats, Technique};
 use crate::color::parse_hex;
@@ -249,7 +249,7 @@ fn table(stats: &Stats) -> String {
             percent(light.no_lobe),
             light.candidates
         );
-        table.add_row([format!("skipped, {}", light.name.escape_default()), skipped]);
+        table.add_row([format!("skipped, {}", label(&light.name)), skipped]);
     }
     table.to_string()
 }

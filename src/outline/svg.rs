@@ -226,9 +226,6 @@ fn read(bytes: &[u8], options: &SvgOptions) -> Result<Art, SvgError> {
     if art.layers.is_empty() {
         return Err(SvgError::NothingVisible { reason: "no element covers any of the picture" });
     }
-    if art.layers.iter().all(|layer| layer.color == [0.0; 3]) {
-        return Err(SvgError::NothingVisible { reason: "all of it is black; give it a colour" });
-    }
     let curves = art.layers.iter().map(|layer| layer.shape.curves().count()).sum();
     for (what, count, limit) in [("layers", art.layers.len(), MAX_LAYERS), ("curves", curves, MAX_CURVES)] {
         if count > limit {

@@ -16,7 +16,7 @@ fn film() -> Film {
     film
 }
 
-fn read_exr(path: &Path) -> exr::image::Image<exr::image::Layer<exr::image::AnyChannels<exr::image::FlatSamples>>> {
+pub fn read_exr(path: &Path) -> exr::image::Image<exr::image::Layer<exr::image::AnyChannels<exr::image::FlatSamples>>> {
     use exr::prelude::*;
     read()
         .no_deep_data()

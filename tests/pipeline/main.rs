@@ -2,6 +2,7 @@
 
 mod backends;
 mod cases;
+mod cli;
 mod film;
 mod fonts;
 mod kernel;
