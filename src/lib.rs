@@ -8,8 +8,12 @@
 
 pub mod backend;
 pub mod brdf;
+pub mod cli;
+pub mod color;
+pub mod error;
 pub mod film;
 pub mod kernel;
 pub mod light;
+pub mod outline;
 pub mod scene;
 pub mod shape;

@@ -67,6 +67,60 @@ impl CubicBez {
             / 20.0
     }
 
+    /// Calls `visit(x, direction)` for every crossing with the horizontal through `y`: +1 where the curve comes
+    /// up through it, −1 where it goes down.
+    ///
+    /// A point counts as below when its height is `<= y`, for the curve's ends to the bit, so along a closed
+    /// contour the directions always add to nothing, whatever lies on the line.
+    pub fn crossings(&self, y: f64, mut visit: impl FnMut(f64, i32)) {
+        let h = self.points().map(|p| p.y);
+        let below = h.map(|v| v <= y);
+        if below == [below[0]; 4] {
+            return;
+        }
+        // Heights where the curve turns split it into monotone pieces.
+        let [d0, d1, d2] = [h[1] - h[0], h[2] - h[1], h[3] - h[2]];
+        let mut stops = [0.0, 1.0, 1.0, 1.0];
+        let mut n = 1;
+        let [early, late] = quadratic_roots(d0 - 2.0 * d1 + d2, 2.0 * (d1 - d0), d0);
+        for t in [early, late] {
+            if t > stops[n - 1] && t < 1.0 {
+                stops[n] = t;
+                n += 1;
+            }
+        }
+        let height = |t: f64| match t {
+            0.0 => h[0],
+            1.0 => h[3],
+            _ => self.eval(t).y,
+        };
+        for piece in stops[..=n].windows(2) {
+            let (mut lo, mut hi) = (piece[0], piece[1]);
+            let (start, end) = (height(lo), height(hi));
+            if (start <= y) == (end <= y) {
+                continue;
+            }
+            let direction = if end > start { 1 } else { -1 };
+            // Newton, kept inside the bracket by bisection.
+            let mut t = lo + (hi - lo) * ((y - start) / (end - start));
+            for _ in 0..64 {
+                let here = height(t);
+                if (here <= y) == (start <= y) {
+                    lo = t;
+                } else {
+                    hi = t;
+                }
+                let newton = t - (here - y) / self.tangent(t).y;
+                let next = if newton > lo && newton < hi { newton } else { 0.5 * (lo + hi) };
+                if (next - t).abs() <= 4.0 * f64::EPSILON || here == y {
+                    break;
+                }
+                t = next;
+            }
+            visit(self.eval(t).x, direction);
+        }
+    }
+
     /// The four control points.
     pub const fn points(&self) -> [DVec2; 4] {
         [self.p0, self.p1, self.p2, self.p3]
@@ -92,6 +146,18 @@ impl CubicBez {
         };
         off(self.p1) <= tolerance && off(self.p2) <= tolerance
     }
+}
+
+/// Real roots of `a·t² + b·t + c` in ascending order, NaN where there is none (kurbo's stable form: no cancellation,
+/// and a leading coefficient of rounding noise gives one root far away).
+fn quadratic_roots(a: f64, b: f64, c: f64) -> [f64; 2] {
+    let discriminant = b * b - 4.0 * a * c;
+    if discriminant < 0.0 {
+        return [f64::NAN; 2];
+    }
+    let q = -0.5 * (b + discriminant.sqrt().copysign(b));
+    let (r, s) = (q / a, c / q);
+    if s < r { [s, r] } else { [r, s] }
 }
 
 /// A closed loop of cubics; each starts at the bit-identical point where the one before it ends.
@@ -250,7 +316,8 @@ impl Shape {
 
     /// Area in m² (holes subtracted).
     pub fn area(&self) -> f64 {
-        self.contours.iter().map(Contour::signed_area).sum()
+        // From +0: the sum of nothing would be −0.
+        self.contours.iter().map(Contour::signed_area).fold(0.0, |a, b| a + b)
     }
 
     /// Bounds of the control points; [`Bounds::EMPTY`] for an empty shape.
@@ -279,6 +346,23 @@ impl Shape {
             Contour { curves }
         };
         Self { contours: self.contours.iter().map(contour).collect() }
+    }
+
+    /// How often the contours wind round `p`, counter-clockwise positive: 1 inside, 0 outside.
+    ///
+    /// Exact up to the rounding of the curve's x where the horizontal through `p` meets it.
+    pub fn winding(&self, p: DVec2) -> i32 {
+        let mut winding = 0;
+        for curve in self.curves() {
+            if curve.points().iter().any(|q| q.x > p.x) {
+                curve.crossings(p.y, |x, direction| {
+                    if x > p.x {
+                        winding += direction;
+                    }
+                });
+            }
+        }
+        winding
     }
 
     /// Adds the contours of `other`, which must not overlap this shape.

@@ -69,18 +69,13 @@ impl GpuBackend {
     /// Compiled once per combination of features.
     fn pipelines(&self, features: Features) -> Result<Pipelines, BackendError> {
         let mut known = self.pipelines.lock().map_err(|e| BackendError::Device(e.to_string()))?;
-        let pipelines =
-            known.entry(features).or_insert_with(|| self.layouts.pipelines(&self.device, features)).clone();
+        let pipelines = known.entry(features).or_insert_with(|| self.layouts.pipelines(&self.device, features)).clone();
         self.device.check()?;
         Ok(pipelines)
     }
 
     /// The light meter: both integrals of single emissions at `points`, by the shaders that shade pictures.
-    pub fn measure(
-        &self,
-        emitters: &[prepared::Emitter],
-        points: &[MeterPoint],
-    ) -> Result<Vec<Reading>, BackendError> {
+    pub fn measure(&self, emitters: &[prepared::Emitter], points: &[MeterPoint]) -> Result<Vec<Reading>, BackendError> {
         if points.is_empty() {
             return Ok(Vec::new());
         }
@@ -130,8 +125,7 @@ impl Backend for GpuBackend {
         };
         let counters = u64::from(SKIP_ROWS) * scene.lights.len() as u64 * SKIP_REASONS as u64;
         let triangles = prepared.triangles.len() as u32;
-        let painter =
-            Painter::new(&self.device, &self.layouts, pipelines, buffers, &frame, triangles, counters)?;
+        let painter = Painter::new(&self.device, &self.layouts, pipelines, buffers, &frame, triangles, counters)?;
         self.device.wait()?;
         watch.lap("upload");
         let mut pixels = vec![Shaded::default(); settings.width as usize * settings.height as usize];

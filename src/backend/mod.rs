@@ -140,6 +140,18 @@ pub trait Backend {
 }
 
 impl Settings {
+    /// Whether a picture can have these settings.
+    ///
+    /// # Errors
+    /// [`BackendError::Size`] or [`BackendError::Tolerance`].
+    pub fn check(&self) -> Result<(), BackendError> {
+        let Self { width, height, samples, tolerance, .. } = *self;
+        if !(1..=16384).contains(&width) || !(1..=16384).contains(&height) || !(1..=4096).contains(&samples) {
+            return Err(BackendError::Size { width, height, samples });
+        }
+        if tolerance.is_finite() && tolerance > 0.0 { Ok(()) } else { Err(BackendError::Tolerance(tolerance)) }
+    }
+
     /// The direction (not unit) of the camera ray through a pixel; `offset` 0..1 from its upper left corner.
     #[inline]
     fn direction(&self, rays: &Rays, x: u32, y: u32, offset: [f32; 2]) -> Vec3 {
@@ -181,7 +193,9 @@ fn compose(
         let through = sight.through[i];
         film.diffuse[i] = (pixel.diffuse * through).to_array();
         film.specular[i] = (pixel.specular * through).to_array();
-        film.emission[i] = (sight.emission[i] + background * ((1.0 - pixel.coverage) * through)).to_array();
+        film.emission[i] = sight.emission[i].to_array();
+        film.background[i] = (background * ((1.0 - pixel.coverage).max(0.0) * through)).to_array();
+        film.matte[i] = 1.0 - through;
     }
     film
 }

@@ -1,8 +1,13 @@
 //! The scene: camera, surfaces, lights.
 
 pub mod camera;
+pub mod file;
+pub mod folder;
 pub mod material;
+pub mod mesh;
+pub mod preset;
 pub mod surface;
+pub mod texture;
 
 use crate::light::AreaLight;
 pub use camera::Camera;

@@ -267,13 +267,16 @@ pub fn white_level(scene: &Scene) -> f32 {
 pub fn difference(a: &Film, b: &Film, white: f32) -> (f64, f32) {
     assert_eq!((a.width, a.height), (b.width, b.height));
     let layers = |f: &Film| -> Vec<[f32; 9]> {
-        let pixel = |((d, s), e): ((&[f32; 3], &[f32; 3]), &[f32; 3])| {
-            [d[0], d[1], d[2], s[0], s[1], s[2], e[0], e[1], e[2]]
-        };
+        let pixel =
+            |((d, s), e): ((&[f32; 3], &[f32; 3]), &[f32; 3])| [d[0], d[1], d[2], s[0], s[1], s[2], e[0], e[1], e[2]];
         f.diffuse.iter().zip(&f.specular).zip(&f.emission).map(pixel).collect()
     };
     let worst = |(p, q): (&[f32; 9], &[f32; 9])| -> f32 {
-        p.iter().zip(q).map(|(x, y)| if x.is_finite() && y.is_finite() { (x - y).abs() } else { f32::MAX }).fold(0.0, f32::max) / white
+        p.iter()
+            .zip(q)
+            .map(|(x, y)| if x.is_finite() && y.is_finite() { (x - y).abs() } else { f32::MAX })
+            .fold(0.0, f32::max)
+            / white
     };
     let errors: Vec<f32> = layers(a).iter().zip(&layers(b)).map(worst).collect();
     let off = errors.iter().filter(|&&e| e > 1e-5).count() as f64 / errors.len() as f64;

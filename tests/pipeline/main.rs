@@ -1,6 +1,13 @@
 //! The test suite: one binary, one module per stage.
 
-#[cfg(feature = "gpu")]
 mod backends;
 mod cases;
+mod film;
+mod fonts;
 mod kernel;
+mod mask;
+mod mesh;
+mod preset;
+mod scene;
+mod shape;
+mod text;

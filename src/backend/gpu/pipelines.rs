@@ -71,8 +71,7 @@ impl Layouts {
     /// Binds a scene.
     pub fn bind_scene(&self, device: &Device, buffers: &SceneBuffers) -> BindGroup {
         let all = core::iter::once(&buffers.frame).chain(&buffers.arrays);
-        let entries: Vec<_> =
-            all.enumerate().map(|(i, b)| entry(i as u32, b.as_entire_binding())).collect();
+        let entries: Vec<_> = all.enumerate().map(|(i, b)| entry(i as u32, b.as_entire_binding())).collect();
         bind(device, "scene", &self.scene, &entries)
     }
 

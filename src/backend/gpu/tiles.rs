@@ -82,12 +82,7 @@ impl<'a> Painter<'a> {
     }
 
     /// Draws all samples of a tile and reads its pixels back, row by row.
-    pub fn paint(
-        &self,
-        tile: Tile,
-        frame: &Frame,
-        offsets: &[[f32; 2]],
-    ) -> Result<Vec<Pixel>, BackendError> {
+    pub fn paint(&self, tile: Tile, frame: &Frame, offsets: &[[f32; 2]]) -> Result<Vec<Pixel>, BackendError> {
         for (sample, &offset) in offsets.iter().enumerate() {
             let frame = Frame {
                 raster: tile.raster(frame.picture, offset),
@@ -142,10 +137,8 @@ impl<'a> Painter<'a> {
     }
 
     fn shade(&self, encoder: &mut CommandEncoder, tile: Tile) {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some("light"),
-            timestamp_writes: None,
-        });
+        let mut pass =
+            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("light"), timestamp_writes: None });
         pass.set_pipeline(&self.pipelines.light);
         pass.set_bind_group(0, &self.scene, &[]);
         pass.set_bind_group(1, &self.tile, &[]);

@@ -1,0 +1,179 @@
+//! [`Film`]: the picture as linear Rec.709 radiance, in layers, and its files.
+
+pub mod diagram;
+pub mod display;
+mod exr;
+mod png;
+
+pub use display::{Display, ToneMap};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// A picture in linear Rec.709 radiance (W·sr⁻¹·m⁻²), row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Light reflected by the diffuse part of the materials.
+    pub diffuse: Vec<[f32; 3]>,
+    /// Light reflected by the specular part.
+    pub specular: Vec<[f32; 3]>,
+    /// The lights themselves, as the camera sees them.
+    pub emission: Vec<[f32; 3]>,
+    /// The background where nothing hides it.
+    pub background: Vec<[f32; 3]>,
+    /// The part of the pixel that the lights cover, 0 to 1: the other layers are already reduced by it.
+    pub matte: Vec<f32>,
+}
+
+/// Why a picture cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum FilmError {
+    /// The file name ends in nothing we write.
+    #[error("{}: a picture ends in .png or .exr", .0.display())]
+    Extension(PathBuf),
+    /// The picture has no pixels, or a layer doesn't have one value per pixel.
+    #[error(
+        "{}: a picture of {width} × {height} pixels with layers of {layers:?} pixels; each must be width × height, not 0",
+        path.display()
+    )]
+    Size {
+        /// The file.
+        path: PathBuf,
+        /// Pixels across.
+        width: u32,
+        /// Pixels down.
+        height: u32,
+        /// Pixels of diffuse, specular and emission.
+        layers: [usize; 3],
+    },
+    /// A pixel has no colour (PNG only: EXR keeps it as it is).
+    #[error("{}: pixel ({x}, {y}) is {radiance:?}, which isn't a colour", path.display())]
+    NotFinite {
+        /// The file.
+        path: PathBuf,
+        /// Column.
+        x: u32,
+        /// Row from the top.
+        y: u32,
+        /// What the pixel holds.
+        radiance: [f32; 3],
+    },
+    /// The folder or the file cannot be written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The encoder failed.
+    #[error("{}: {message}", path.display())]
+    Encode {
+        /// The file.
+        path: PathBuf,
+        /// What the encoder says.
+        message: String,
+    },
+}
+
+/// A picture format, by the ending of the file name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// 8-bit sRGB, as displayed.
+    Png,
+    /// 32-bit linear, with layers.
+    Exr,
+}
+
+impl Format {
+    /// The format of a file name; upper or lower case.
+    ///
+    /// # Errors
+    /// [`FilmError::Extension`] for any other ending than `.png` and `.exr`. Call it before the rendering to fail early.
+    pub fn of(path: &Path) -> Result<Self, FilmError> {
+        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+        match ending.as_str() {
+            "png" => Ok(Self::Png),
+            "exr" => Ok(Self::Exr),
+            _ => Err(FilmError::Extension(path.into())),
+        }
+    }
+}
+
+impl Film {
+    /// A black picture.
+    pub fn new(width: u32, height: u32) -> Self {
+        let black = vec![[0.0; 3]; width as usize * height as usize];
+        Self {
+            width,
+            height,
+            matte: vec![0.0; black.len()],
+            diffuse: black.clone(),
+            specular: black.clone(),
+            emission: black.clone(),
+            background: black,
+        }
+    }
+
+    /// The sum of the layers.
+    pub fn beauty(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
+        (0..self.diffuse.len()).map(|i| {
+            let behind = self.behind(i);
+            core::array::from_fn(|c| behind[c] + self.emission[i][c])
+        })
+    }
+
+    /// What is seen of surfaces and background at a pixel.
+    fn behind(&self, i: usize) -> [f32; 3] {
+        core::array::from_fn(|c| self.diffuse[i][c] + self.specular[i][c] + self.background[i][c])
+    }
+
+    /// Writes the picture, as PNG or EXR by the ending of `path`. `display` applies to PNG; EXR holds radiance as it is.
+    ///
+    /// The file appears whole or not at all: it is written beside the target under another name and then renamed,
+    /// over whatever file was there.
+    ///
+    /// # Errors
+    /// Another ending, a picture without pixels, a pixel that is no colour (PNG), or what the system or the encoder says.
+    /// Every error names `path`.
+    pub fn write(&self, path: &Path, display: &Display) -> Result<(), FilmError> {
+        let format = Format::of(path)?;
+        let pixels = self.width as usize * self.height as usize;
+        let layers = [&self.diffuse, &self.specular, &self.emission].map(Vec::len);
+        if pixels == 0 || layers != [pixels; 3] || self.background.len() != pixels || self.matte.len() != pixels {
+            return Err(FilmError::Size { path: path.into(), width: self.width, height: self.height, layers });
+        }
+        write_whole(path, |out| match format {
+            Format::Png => png::encode(self, display, out, path),
+            Format::Exr => exr::encode(self, out, path),
+        })
+    }
+}
+
+/// Lets `fill` write a file that appears whole or not at all: it is written beside `path` under another name and then
+/// renamed, over whatever file was there.
+///
+/// # Errors
+/// What `fill` says, or the system; the latter with `path`.
+pub fn write_whole(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<&mut std::fs::File>) -> Result<(), FilmError>,
+) -> Result<(), FilmError> {
+    let io = |source| FilmError::Io { path: path.into(), source };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".glyphlight-");
+    // A temporary file is its owner's alone; a picture has the permissions of any new file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(folder).map_err(io)?;
+    let mut out = BufWriter::new(file.as_file_mut());
+    fill(&mut out)?;
+    out.flush().map_err(io)?;
+    drop(out);
+    file.persist(path).map_err(|e| io(e.error))?;
+    Ok(())
+}

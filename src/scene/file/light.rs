@@ -1,0 +1,232 @@
+//! Lights of a scene file: what shines (a path, an SVG, a text), how strongly, and where it stands.
+
+use super::error::SceneError;
+use super::table::{Limit, Table, Value};
+use super::{COORDINATE, DEGREES, LENGTH, RADIANCE, SCALE};
+use crate::color::luminance;
+use crate::light::{AreaLight, Layer, Placement};
+use crate::outline::bundled;
+use crate::outline::font::{Font, Tag};
+use crate::outline::svg::{ArtLayer, FontBytes, SvgOptions, svg};
+use crate::outline::text::{Align, Direction, TextStyle, layout};
+use crate::outline::{FillRule, Warning, path};
+use crate::scene::folder::Folder;
+use crate::shape::Bounds;
+use core::f64::consts::PI;
+use glam::{DAffine2, DVec2, DVec3};
+use std::sync::Arc;
+
+/// Largest SVG or font file, bytes.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// Luminous efficacy in lm/W by which radiance becomes luminance: Rec.709 white of radiance 1 has 683 nits.
+pub const EFFICACY: f64 = 683.0;
+
+/// Area of a light over the square of its larger side, below which it is rounding.
+const LEAST_AREA: f64 = 1e-12;
+
+/// Farthest a light may reach from the origin along an axis, metres.
+const MAX_REACH: f64 = 4e9;
+
+const POWER: Limit = Limit::new(|v| (0.0..=1e15).contains(&v), "between 0 and 1e15 W");
+const NITS: Limit = Limit::new(|v| (0.0..=1e15).contains(&v), "between 0 and 1e15 nits");
+const SPACING: Limit = Limit::new(|v| v.abs() <= 100.0, "within ±100 em");
+const LINE_HEIGHT: Limit = Limit::new(|v| v > 0.0 && v <= 100.0, "more than 0 and at most 100 em");
+const AXIS: Limit = Limit::new(|v| v.abs() <= 1e6, "within ±1e6");
+
+/// Keys of every light. `fill_rule` is one of them so that a light can be changed from one kind to another in its place.
+const COMMON: [&str; 9] =
+    ["position", "rotation", "scale", "radiance", "power", "luminance", "color", "two_sided", "fill_rule"];
+
+/// What can shine: the key that says so, the keys that go with it, and how it is read.
+type Kind =
+    (&'static str, &'static [&'static str], fn(&Source<'_, '_>, &mut Vec<Warning>) -> Result<Vec<Layer>, SceneError>);
+
+const KINDS: [Kind; 3] = [
+    ("path", &["path"], from_path),
+    ("svg", &["svg", "size", "svg_colors"], from_svg),
+    ("text", &["text", "font", "size", "align", "letter_spacing", "line_height", "axes", "direction"], from_text),
+];
+
+/// A light's table with the value of the key that says what shines.
+struct Source<'t, 'd> {
+    table: &'t Table<'d>,
+    value: Value<'d>,
+    folder: &'t Folder,
+}
+
+/// The light in `table`, the `number`th of the scene.
+pub(super) fn read(
+    table: &Table<'_>,
+    number: usize,
+    folder: &Folder,
+    warnings: &mut Vec<String>,
+) -> Result<AreaLight, SceneError> {
+    let given: Vec<_> = KINDS.iter().filter_map(|kind| table.get(kind.0).map(|value| (kind, value))).collect();
+    let names: Vec<_> = given.iter().map(|(kind, _)| kind.0).collect();
+    let Ok([((key, keys, build), value)]) = <[_; 1]>::try_from(given) else {
+        let found =
+            if names.is_empty() { "none is given".into() } else { format!("{} are given", names.join(" and ")) };
+        return Err(table.error(format!("a light has exactly one of path, svg, text; {found}")));
+    };
+    table.only(&[*keys, &COMMON].concat())?;
+    let name = match *key {
+        "path" => format!("light[{number}]"),
+        _ => value.string()?.into(),
+    };
+    let place = value.place();
+    let source = Source { table, value, folder };
+    let mut said = Vec::new();
+    let mut layers = build(&source, &mut said)?;
+    if *key != "path" && table.get("fill_rule").is_some() {
+        said.push(Warning { element: "fill_rule".into(), message: format!("has no effect on {key}") });
+    }
+
+    let position = table.read("position", |v| v.vec3(&COORDINATE))?.unwrap_or_default();
+    let rotation = table.read("rotation", |v| v.vec3(&DEGREES))?.unwrap_or_default();
+    let scale = table.read("scale", |v| v.vec2(&SCALE))?.unwrap_or(DVec2::ONE);
+    let two_sided = table.read("two_sided", Value::boolean)?.unwrap_or(false);
+    let mirror = DAffine2::from_scale(scale.signum());
+    for layer in &mut layers {
+        layer.shape = layer.shape.transformed(mirror);
+    }
+    let placement = Placement::new(position, rotation, scale.abs());
+    let area: f64 = layers.iter().map(|l| l.shape.area()).sum();
+    let bounds = layers.iter().map(|l| l.shape.bounds()).fold(Bounds::EMPTY, Bounds::union);
+    if area <= LEAST_AREA * bounds.size().max_element().powi(2) || layers.is_empty() {
+        return Err(source.value.error(format!("the light \"{name}\" has no area")));
+    }
+    let corners =
+        [bounds.min, bounds.max, DVec2::new(bounds.min.x, bounds.max.y), DVec2::new(bounds.max.x, bounds.min.y)];
+    let reach = corners.map(|c| placement.point(c).abs().max_element()).into_iter().fold(0.0, f64::max);
+    if reach > MAX_REACH {
+        return Err(source
+            .value
+            .error(format!("the light reaches {reach:e} m from the origin; at most {MAX_REACH:e}")));
+    }
+    let sides = if two_sided { 2.0 } else { 1.0 };
+    emit(table, &mut layers, placement.normal().length() * sides)?;
+    if layers.iter().all(|l| l.radiance == DVec3::ZERO) {
+        let hint = if *key == "svg" { "; svg_colors = false lights every part of it" } else { "" };
+        said.push(Warning { element: name.clone(), message: format!("it is black and does not shine{hint}") });
+    }
+    warnings.extend(said.into_iter().map(|w| format!("{place}: {}: {}", w.element, w.message)));
+    Ok(AreaLight { name, layers, placement, two_sided })
+}
+
+/// Sets the radiance of the layers, which hold their own colours so far (white but for SVGs). `emitting` is the factor
+/// from light-space area to emitting world area.
+///
+/// - `radiance`: of a white layer, per channel.
+/// - `luminance` (nits) with `color`: of a white layer; Y of the radiance times [`EFFICACY`].
+/// - `power` (W) with `color`: of the whole light, the mean of the three channels, each of which is π · area · radiance
+///   summed over the layers.
+fn emit(table: &Table<'_>, layers: &mut [Layer], emitting: f64) -> Result<(), SceneError> {
+    let amounts: Vec<_> = ["radiance", "power", "luminance"].into_iter().filter(|k| table.get(k).is_some()).collect();
+    if amounts.len() > 1 {
+        return Err(table.error(format!("give one of radiance, power, luminance, not {}", amounts.join(" and "))));
+    }
+    let color = table.read("color", |v| {
+        let color = v.color(&RADIANCE)?;
+        if luminance(color) > 0.0 { Ok(color) } else { Err(v.error("must not be black")) }
+    })?;
+    if color.is_some() && !matches!(amounts[..], ["power" | "luminance"]) {
+        return Err(table.error("color goes with power or luminance; radiance has its colour in itself"));
+    }
+    let color = color.unwrap_or([1.0; 3]);
+    let radiance = if let Some(radiance) = table.read("radiance", |v| v.one_or(&RADIANCE))? {
+        DVec3::from_array(radiance)
+    } else if let Some(nits) = table.read("luminance", |v| v.number(&NITS))? {
+        DVec3::from_array(color) * (nits / (EFFICACY * luminance(color)))
+    } else if let Some(value) = table.get("power") {
+        let power = value.number(&POWER)?;
+        let color = DVec3::from_array(color);
+        let flux: DVec3 = layers.iter().map(|l| l.radiance * color * (PI * emitting * l.shape.area())).sum();
+        let mean = flux.element_sum() / 3.0;
+        if mean <= 0.0 {
+            return Err(value.error("no radiance gives this power, since the light is black"));
+        }
+        color * (power / mean)
+    } else {
+        DVec3::ONE
+    };
+    for layer in layers {
+        layer.radiance *= radiance;
+        if !layer.radiance.as_vec3().is_finite() {
+            let key = amounts.first().copied().unwrap_or("radiance");
+            return Err(table.error(format!("{key} makes a radiance of {}, too large for 32 bits", layer.radiance)));
+        }
+    }
+    Ok(())
+}
+
+fn from_path(source: &Source<'_, '_>, _: &mut Vec<Warning>) -> Result<Vec<Layer>, SceneError> {
+    let rules = [("nonzero", FillRule::NonZero), ("evenodd", FillRule::EvenOdd)];
+    let rule = source.table.read("fill_rule", |v| v.choice(&rules))?.unwrap_or_default();
+    let shape = path::shape(source.value.string()?, rule).map_err(|e| source.value.resource(e))?;
+    Ok(vec![Layer { shape, radiance: DVec3::ONE, opacity: 1.0 }])
+}
+
+fn from_svg(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Vec<Layer>, SceneError> {
+    let name = source.value.string()?;
+    let size = source.table.read("size", |v| v.number(&LENGTH))?.unwrap_or(1.0);
+    let own_colors = source.table.read("svg_colors", Value::boolean)?.unwrap_or(true);
+    let bytes = source.folder.read(name, MAX_BYTES).map_err(|e| source.value.resource(e))?;
+    let fonts = bundled::bundled().iter().map(|f| Arc::new(f.bytes) as FontBytes).collect();
+    let options = SvgOptions { size, fonts, font_family: bundled::DEFAULT_FAMILY.into() };
+    let art = svg(&bytes, name, &options).map_err(|e| source.value.resource(e))?;
+    warnings.extend(art.warnings);
+    let layer = |l: ArtLayer| {
+        // The colours of the art are multiplied by the opacity already.
+        let radiance = if own_colors { DVec3::from_array(l.color) } else { DVec3::splat(l.opacity) };
+        Layer { shape: l.shape, radiance, opacity: l.opacity }
+    };
+    Ok(art.layers.into_iter().map(layer).collect())
+}
+
+fn from_text(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Vec<Layer>, SceneError> {
+    let table = source.table;
+    let default = TextStyle::default();
+    let aligns = [("left", Align::Left), ("center", Align::Center), ("right", Align::Right)];
+    let directions = [("auto", Direction::Auto), ("ltr", Direction::Ltr), ("rtl", Direction::Rtl)];
+    let style = TextStyle {
+        size: table.read("size", |v| v.number(&LENGTH))?.unwrap_or(default.size),
+        align: table.read("align", |v| v.choice(&aligns))?.unwrap_or(default.align),
+        letter_spacing: table.read("letter_spacing", |v| v.number(&SPACING))?.unwrap_or(default.letter_spacing),
+        line_height: table.read("line_height", |v| v.number(&LINE_HEIGHT))?,
+        axes: table.read("axes", axes)?.unwrap_or_default(),
+        direction: table.read("direction", |v| v.choice(&directions))?.unwrap_or(default.direction),
+    };
+    let fonts = match table.get("font") {
+        Some(value) => value.strings()?.iter().map(|v| font(v, source.folder)).collect::<Result<Vec<_>, _>>()?,
+        // The default font first; the others for what it has no glyph for.
+        None => bundled::bundled()
+            .iter()
+            .map(|f| Font::bundled(f.name).map_err(|e| source.value.resource(e)))
+            .collect::<Result<_, _>>()?,
+    };
+    let text = layout(source.value.string()?, &fonts, &style).map_err(|e| source.value.resource(e))?;
+    warnings.extend(text.warnings);
+    Ok(vec![Layer { shape: text.shape, radiance: DVec3::ONE, opacity: 1.0 }])
+}
+
+/// A bundled font by its name, or a font file by its ending.
+fn font(value: &Value<'_>, folder: &Folder) -> Result<Font, SceneError> {
+    let name = value.string()?;
+    let ending = name.rsplit_once('.').map(|(_, ending)| ending.to_ascii_lowercase()).unwrap_or_default();
+    if matches!(ending.as_str(), "ttf" | "otf" | "ttc" | "otc") {
+        let bytes = folder.read(name, MAX_BYTES).map_err(|e| value.resource(e))?;
+        return Font::from_bytes(name, bytes, 0).map_err(|e| value.resource(e));
+    }
+    Font::bundled(name).map_err(|e| value.resource(e))
+}
+
+/// `{ wght = 700 }`: places on the axes of variable fonts.
+fn axes(value: &Value<'_>) -> Result<Vec<(Tag, f32)>, SceneError> {
+    let entries = value.entries()?;
+    let axis = |(tag, value): &(&str, Value<'_>)| {
+        let tag = tag.parse::<Tag>().map_err(|e| value.error(e.to_string()))?;
+        Ok((tag, value.number(&AXIS)? as f32))
+    };
+    entries.iter().map(axis).collect()
+}
