@@ -177,7 +177,7 @@ fn mesh(n: u32) -> Scene {
     scene
 }
 
-fn scenes() -> Vec<(&'static str, Scene)> {
+pub fn scenes() -> Vec<(&'static str, Scene)> {
     let white = DVec3::ONE;
     let above = DVec3::new(0.0, 1.3, 0.0);
     let tilt = DVec3::new(15.0, 20.0, 0.0);
@@ -217,13 +217,54 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     all
 }
 
-fn white_level(scene: &Scene) -> f32 {
+/// Scenes where f32 is short of digits.
+pub fn hard_scenes() -> Vec<(&'static str, Scene)> {
+    let white = DVec3::ONE;
+    let above = DVec3::new(0.0, 1.3, 0.0);
+    let tilt = DVec3::new(15.0, 20.0, 0.0);
+    let scaled = |mut scene: Scene, factor: f64, shift: DVec3| {
+        let place = |p: DVec3| p * factor + shift;
+        scene.camera.position = place(scene.camera.position);
+        scene.camera.look_at = place(scene.camera.look_at);
+        for light in &mut scene.lights {
+            let Placement { origin, x, y } = light.placement;
+            light.placement = Placement { origin: place(origin), x: x * factor, y: y * factor };
+        }
+        for v in scene.triangles.iter_mut().flat_map(|t| &mut t.vertices) {
+            v.position = place(v.position);
+        }
+        scene
+    };
+    let page_at = |alpha, y| floor(material(alpha, 0.5), light(page(), DVec3::new(0.0, y, 0.0), tilt, white));
+    let mut straight = floor(material(0.02, 1.0), light(page(), DVec3::new(0.0, 1.0, 0.0), DVec3::new(90.0, 0.0, 0.0), white));
+    straight.camera = Camera { position: DVec3::new(0.0, 4.0, 0.0), look_at: DVec3::ZERO, ..straight.camera };
+    let mut near = page_at(0.1, 0.3);
+    near.camera.position = DVec3::new(0.2, 0.02, 1.5);
+    vec![
+        ("alpha 0.02", page_at(0.02, 1.2)),
+        ("alpha 0.005", page_at(0.005, 1.2)),
+        ("alpha 0.001", page_at(0.001, 1.2)),
+        ("mirror, alpha 0", page_at(0.0, 1.2)),
+        ("mirror from straight above", straight),
+        ("standing on the floor", floor(material(0.2, 0.0), light(rectangle(), DVec3::new(0.0, 0.5, 0.0), DVec3::ZERO, white))),
+        ("lying close above the floor", floor(material(0.2, 0.0), light(annulus(), DVec3::new(0.0, 1e-3, 0.0), DVec3::new(90.0, 0.0, 0.0), white))),
+        ("lying very close above the floor", floor(material(0.2, 0.0), light(annulus(), DVec3::new(0.0, 1e-5, 0.0), DVec3::new(90.0, 0.0, 0.0), white))),
+        ("grazing view", near),
+        ("small", scaled(page_at(0.1, 0.3), 1e-4, DVec3::ZERO)),
+        ("large", scaled(page_at(0.1, 0.3), 1e4, DVec3::ZERO)),
+        ("far from the origin", scaled(page_at(0.1, 0.3), 1.0, DVec3::new(1e5, -3e4, 2e5))),
+        ("triangles below a pixel", mesh(400)),
+        ("above", floor(material(0.2, 0.0), light(rectangle(), above, tilt, white))),
+    ]
+}
+
+pub fn white_level(scene: &Scene) -> f32 {
     let layers = scene.lights.iter().flat_map(|l| &l.layers);
     layers.map(|l| l.radiance.max_element()).fold(1.0, f64::max) as f32
 }
 
 /// Fraction of pixels that differ by more than 1e-5 of the white level, and the largest difference over it.
-fn difference(a: &Film, b: &Film, white: f32) -> (f64, f32) {
+pub fn difference(a: &Film, b: &Film, white: f32) -> (f64, f32) {
     assert_eq!((a.width, a.height), (b.width, b.height));
     let layers = |f: &Film| -> Vec<[f32; 9]> {
         let pixel =
