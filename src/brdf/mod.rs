@@ -3,8 +3,8 @@
 pub mod errors;
 pub mod fit;
 pub mod ggx;
-pub mod ltc;
 mod lobe;
+pub mod ltc;
 mod quadrature;
 
 pub use ltc::{Lobe, Table};
