@@ -6,7 +6,7 @@
 //! |---|---|
 //! | v, θ | view direction (sin θ, 0, cos θ) |
 //! | r | mirror direction (−sin θ, 0, cos θ): the lobe leans to −x |
-//! | M | world of the lobe from cosine space: D(ω) = D_o(M⁻¹ω/\|M⁻¹ω\|)·det M⁻¹/\|M⁻¹ω\|³, D_o = max(z, 0)/π |
+//! | M | shading frame from cosine space: D(ω) = D_o(M⁻¹ω/\|M⁻¹ω\|)·det M⁻¹/\|M⁻¹ω\|³, D_o = max(z, 0)/π |
 //! | c, s | cos θ, sin θ |
 //!
 //! Heitz, Dupuy, Hill, Neubelt, *Real-Time Polygonal-Light Shading with Linearly Transformed Cosines*, SIGGRAPH 2016.
@@ -324,7 +324,7 @@ impl Table {
 
         let tx = alpha * tau_x * c - tau_z * s;
         let tz = alpha * tau_x * s + tau_z * c;
-        // The adjugate of M over the area of its 2 × 2 block's unit, which leaves one division.
+        // M⁻¹ times α·area, the determinant of M's block in the plane of incidence: one division is left.
         let area = ux * tz - uz * tx;
         let m_inv = InverseMatrix { xx: tz, xz: -tx, yy: area / (beta * beta), zx: -alpha * uz, zz: alpha * ux };
         let m_row_z = Vec3::new(alpha * uz, 0.0, tz);
