@@ -1,6 +1,7 @@
 //! The test suite: one binary, one module per stage.
 
 mod backends;
+mod brdf;
 mod cases;
 mod film;
 mod fonts;
