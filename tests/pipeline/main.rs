@@ -1,5 +1,6 @@
 //! The test suite: one binary, one module per stage.
 
+#[cfg(feature = "gpu")]
 mod backends;
 mod brdf;
 mod cases;
@@ -10,5 +11,7 @@ mod mask;
 mod mesh;
 mod preset;
 mod scene;
+#[cfg(feature = "gpu")]
+mod shaders;
 mod shape;
 mod text;
