@@ -1,6 +1,5 @@
 //! The test suite: one binary, one module per stage.
 
-#[cfg(feature = "gpu")]
 mod backends;
 mod brdf;
 mod cases;
@@ -11,7 +10,6 @@ mod mask;
 mod mesh;
 mod preset;
 mod scene;
-#[cfg(feature = "gpu")]
 mod shaders;
 mod shape;
 mod text;
