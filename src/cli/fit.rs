@@ -34,7 +34,9 @@ pub fn run(args: &Args) -> Result<(), Error> {
     }
     // A worse fit on purpose: what the published form of the matrix, its tilt pinned, can do.
     let pinned = fit(&FitOptions { tilt: Tilt::MeanDirection, ..options }, "pinned tilt")?;
-    say("Error over alpha × theta, L_k = (∫|fit − f cos|ᵏ / ∫(f cos)ᵏ)^(1/k) above the horizon, on 16 × 16 places between nodes:")?;
+    say(
+        "Error over alpha × theta, L_k = (∫|fit − f cos|ᵏ / ∫(f cos)ᵏ)^(1/k) above the horizon, on 16 × 16 places between nodes:",
+    )?;
     say(report(&[("free tilt", &table), ("tilt pinned to the mean direction", &pinned)]))
 }
 

@@ -1,5 +1,7 @@
 //! The test suite: one binary, one module per stage.
 
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "tests report what they measure and what they skip")]
+
 mod backends;
 mod brdf;
 mod cases;
