@@ -35,7 +35,7 @@ fn ray_direction(pixel: vec2u, offset: vec2f) -> vec3f {
     return frame.rays.forward.xyz + frame.rays.right.xyz * (at.x - 1.0) + frame.rays.up.xyz * (1.0 - at.y);
 }
 
-// The ray from the origin along `direction` against a triangle, both sides (Moeller, Trumbore 1997).
+// The ray from the origin along `direction` against a triangle grown by SEAM, both sides (Moeller, Trumbore 1997).
 fn intersect(index: u32, direction: vec3f) -> Hit {
     let e1 = triangles[index].e1.xyz;
     let e2 = triangles[index].e2.xyz;
@@ -49,7 +49,7 @@ fn intersect(index: u32, direction: vec3f) -> Hit {
     let q = cross(start, e1);
     let v = dot(direction, q) / det;
     let t = dot(e2, q) / det;
-    let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0;
+    let inside = u >= -SEAM && v >= -SEAM && u + v <= 1.0 + SEAM && t > 0.0;
     return Hit(select(-1.0, t, inside), u, v);
 }
 

@@ -37,38 +37,18 @@ fn expansion_about(map: CosineMap, center: vec2f, half: vec2f) -> Expansion {
     return Expansion(p * inv, inv, map.depth / PI * inv2 * inv, r2 * inv2);
 }
 
-// Bound of the second-order expansion's remainder (Gegenbauer: |C_n^(2)| <= (n+1)(n+2)(n+3)/6), for a region
-// above the horizon. Infinite where the region reaches as far as the origin.
-fn remainder_bound(e: Expansion, area: f32) -> f32 {
+// Bound of what an expansion leaves out, for a region above the horizon (Gegenbauer: |C_n^(2)| <= (n+1)(n+2)(n+3)/6): of the
+// second order for a node, of the zeroth about its centroid for a piece of a leaf. For a region that a horizon may cut, the
+// bound of its whole integral. Infinite where the region reaches as far as the origin.
+fn remainder_bound(e: Expansion, area: f32, place: u32, piece: bool) -> f32 {
     let s = sqrt(e.s2);
     let gap = 1.0 - s;
     if !(gap > 0.0) {
         return INFINITE_BOUND;
     }
     let gap2 = gap * gap;
-    return abs(e.scale) * area * (20.0 * e.dir.z + 10.0) * e.s2 * s / (gap2 * gap2);
-}
-
-// Bound of the region's whole integral, wherever the horizon cuts it.
-fn magnitude_bound(e: Expansion, area: f32) -> f32 {
-    let s = sqrt(e.s2);
-    let gap = 1.0 - s;
-    if !(gap > 0.0) {
-        return INFINITE_BOUND;
-    }
-    let gap2 = gap * gap;
-    return abs(e.scale) * area * clamp(e.dir.z + s, 0.0, 1.0) / (gap2 * gap2);
-}
-
-// Bound of the zeroth-order expansion's remainder about the centroid of a region above the horizon.
-fn centroid_bound(e: Expansion, area: f32) -> f32 {
-    let s = sqrt(e.s2);
-    let gap = 1.0 - s;
-    if !(gap > 0.0) {
-        return INFINITE_BOUND;
-    }
-    let gap2 = gap * gap;
-    return abs(e.scale) * area * (10.0 * e.dir.z + 4.0) * e.s2 / (gap2 * gap2);
+    let above = select((20.0 * e.dir.z + 10.0) * e.s2 * s, (10.0 * e.dir.z + 4.0) * e.s2, piece);
+    return abs(e.scale) * area * select(clamp(e.dir.z + s, 0.0, 1.0), above, place == PLACE_ABOVE) / (gap2 * gap2);
 }
 
 // k*m0 + grad k*m1 + 1/2 H:m2.
@@ -151,27 +131,23 @@ fn cut_at(map: CosineMap, plane: Horizon, cut_any: Cut, a: vec2f, b: vec2f) -> C
 }
 
 // The edge's part above all horizons, with the closing terms of its crossings.
-fn cut_edge(map: CosineMap, clip: Clip, a: vec2f, b: vec2f) -> f32 {
+fn edge_above(map: CosineMap, clip: Clip, place: u32, a: vec2f, b: vec2f) -> f32 {
+    if place >= PLACE_BELOW {
+        return far_crossing(clip, place, a, b);
+    }
     var cut = Cut(0.0, 1.0, 0.0);
-    if clip.planes >= 1u {
+    if place == PLACE_CUT {
         cut = cut_at(map, clip.first, cut, a, b);
-    }
-    if clip.planes == 2u {
-        cut = cut_at(map, clip.second, cut, a, b);
-    }
-    if !(cut.start < cut.end) {
-        return cut.closing;
+        if clip.planes == 2u {
+            cut = cut_at(map, clip.second, cut, a, b);
+        }
+        if !(cut.start < cut.end) {
+            return cut.closing;
+        }
     }
     let start = select(a + (b - a) * cut.start, a, cut.start == 0.0);
     let end = select(a + (b - a) * cut.end, b, cut.end == 1.0);
     return cut.closing + edge_integral(map, start, end);
-}
-
-// Contour terms (they carry the factor 2 pi), region terms, and pieces visited.
-struct Sums {
-    contour: f32,
-    region: f32,
-    visited: u32,
 }
 
 // A cubic from p0 to p3 by its first, second and third differences.
@@ -200,123 +176,100 @@ fn cubic_tangent(c: Cubic, t: f32) -> vec2f {
     return c.d0 * (s * s) + c.d1 * (2.0 * s * t) + c.d2 * (t * t);
 }
 
-// Integrates a cubic by halving it where the bound asks for it: chord plus the sliver's area times the kernel
-// at the sliver's centroid (0.4 of the sagitta off the chord).
-fn cubic_leaf(map: CosineMap, clip: Clip, c: Cubic, tolerance: f32) -> Sums {
-    var sums = Sums(0.0, 0.0, 0u);
-    // The first halving is certain: the whole leaf has just been refused. Piece `index` of 2^level.
-    var level = 1u;
-    var index = 0u;
-    var a = c.p0;
-    loop {
-        sums.visited += 1u;
-        let width = 1.0 / f32(1u << level);
-        let t0 = f32(index) * width;
-        let t1 = t0 + width;
-        var b = c.p3;
-        if index + 1u != 1u << level {
-            b = cubic_point(c, t1);
-        }
-        let h0 = cubic_tangent(c, t0) * width;
-        let h1 = cubic_tangent(c, t1) * width;
-        let chord = b - a;
-        let q2 = chord - h1;
-        let area = (3.0 * perp_dot(h0, q2) + 3.0 * perp_dot(h0, chord) + 6.0 * perp_dot(q2, chord)) / 20.0;
-        let low = min(min(a, a + h0), min(b - h1, b));
-        let high = max(max(a, a + h0), max(b - h1, b));
-        let center = (low + high) * 0.5;
-        let half = (high - low) * 0.5;
-        let place = box_place(clip, center, half);
-        let e = expansion_about(map, center, half);
-        var accept = place >= PLACE_BELOW;
-        if place == PLACE_ABOVE {
-            accept = centroid_bound(e, abs(area)) <= tolerance;
-        } else if place == PLACE_CUT {
-            accept = magnitude_bound(e, abs(area)) <= tolerance;
-        }
-        if !accept && level < DEEPEST {
-            level += 1u;
-            index *= 2u;
-            continue;
-        }
-        if place >= PLACE_BELOW {
-            sums.contour += far_crossing(clip, place, a, b);
-        } else if place == PLACE_CUT {
-            sums.contour += cut_edge(map, clip, a, b);
-        } else {
-            sums.contour += edge_integral(map, a, b);
-            if accept {
-                let centroid = a + chord * 0.5 + (h0 - h1) * (0.375 * 0.4);
-                let p = map_point(map, centroid);
-                let inv2 = 1.0 / dot(p, p);
-                sums.region += map.depth / PI * p.z * inv2 * inv2 * area;
-            }
-        }
-        a = b;
-        index += 1u;
-        let up = min(countTrailingZeros(index), level);
-        index >>= up;
-        level -= up;
-        if level == 0u {
-            break;
-        }
-    }
-    return sums;
-}
-
 // The clamped-cosine integral of an emission over the hemisphere that `clip` leaves, signed: positive in front of
 // the light (map.depth > 0), negative behind. Nodes whose error bound is below `tolerance` are not refined.
+//
+// Nodes and the pieces of a refined cubic leaf take turns in one loop, so that invocations of which some are inside a leaf
+// stay together. A piece is its chord plus the sliver's area times the kernel at the sliver's centroid (0.4 of the sagitta
+// off the chord).
 fn tree_integral(map: CosineMap, clip: Clip, emitter: Emitter, tolerance: f32) -> Integral {
     var contour = 0.0;
     var region = 0.0;
     var visited = 0u;
     var i = emitter.first_node;
+    // Inside a leaf: piece `index` of 2^level, from `a`.
+    var leaf: Cubic;
+    var level = 0u;
+    var index = 0u;
+    var a: vec2f;
     while i < emitter.end_node {
         visited += 1u;
-        let link = nodes[i].link;
-        let kind = link & ~LINK_MASK;
-        let index = link & LINK_MASK;
-        let skip = select(i + 1u, emitter.first_node + index, kind <= RUN);
-        let center = nodes[i].center - map.foot;
-        let half = nodes[i].half;
-        let place = box_place(clip, center, half);
-        var refine = false;
-        if kind != SEGMENT && place < PLACE_BELOW {
-            let e = expansion_about(map, center, half);
-            let area = nodes[i].area;
-            if place == PLACE_ABOVE {
-                refine = !(remainder_bound(e, area) <= tolerance);
-                if !refine {
-                    region += region_integral(map, e, i);
-                }
-            } else {
-                refine = !(magnitude_bound(e, area) <= tolerance);
+        let piece = level > 0u;
+        var link = CUBIC;
+        var b: vec2f;
+        var center: vec2f;
+        var half: vec2f;
+        var area: f32;
+        var centroid: vec2f;
+        if piece {
+            let width = 1.0 / f32(1u << level);
+            let t0 = f32(index) * width;
+            let t1 = t0 + width;
+            b = leaf.p3;
+            if index + 1u != 1u << level {
+                b = cubic_point(leaf, t1);
             }
+            let h0 = cubic_tangent(leaf, t0) * width;
+            let h1 = cubic_tangent(leaf, t1) * width;
+            let chord = b - a;
+            let q2 = chord - h1;
+            area = (3.0 * perp_dot(h0, q2) + 3.0 * perp_dot(h0, chord) + 6.0 * perp_dot(q2, chord)) / 20.0;
+            let low = min(min(a, a + h0), min(b - h1, b));
+            let high = max(max(a, a + h0), max(b - h1, b));
+            center = (low + high) * 0.5;
+            half = (high - low) * 0.5;
+            centroid = a + chord * 0.5 + (h0 - h1) * (0.375 * 0.4);
+        } else {
+            link = nodes[i].link;
+            a = nodes[i].a - map.foot;
+            b = nodes[i].b - map.foot;
+            center = nodes[i].center - map.foot;
+            half = nodes[i].half;
+            area = nodes[i].area;
         }
-        if refine && kind != CUBIC {
-            i += 1u;
+        let kind = link & ~LINK_MASK;
+        let place = box_place(clip, center, half);
+        let e = expansion_about(map, center, half);
+        let accept = remainder_bound(e, abs(area), place, piece) <= tolerance;
+        if !accept && kind != SEGMENT && place < PLACE_BELOW && level < DEEPEST {
+            if piece {
+                level += 1u;
+                index *= 2u;
+            } else if kind == CUBIC {
+                let ends = handles[emitter.first_handles + (link & LINK_MASK)];
+                let p1 = ends.p1 - map.foot;
+                let p2 = ends.p2 - map.foot;
+                leaf = Cubic(a, b, p1 - a, p2 - p1, b - p2);
+                // The first halving is certain: the whole leaf has just been refused.
+                level = 1u;
+                index = 0u;
+            } else {
+                i += 1u;
+            }
             continue;
         }
-        if kind != CLUSTER {
-            let a = nodes[i].a - map.foot;
-            let b = nodes[i].b - map.foot;
-            if refine {
-                let leaf = handles[emitter.first_handles + index];
-                let p1 = leaf.p1 - map.foot;
-                let p2 = leaf.p2 - map.foot;
-                let sums = cubic_leaf(map, clip, Cubic(a, b, p1 - a, p2 - p1, b - p2), tolerance);
-                contour += sums.contour;
-                region += sums.region;
-                visited += sums.visited;
-            } else if place == PLACE_ABOVE {
-                contour += edge_integral(map, a, b);
-            } else if place == PLACE_CUT {
-                contour += cut_edge(map, clip, a, b);
+        if place == PLACE_ABOVE && accept && kind != SEGMENT {
+            if piece {
+                let p = map_point(map, centroid);
+                let inv2 = 1.0 / dot(p, p);
+                region += map.depth / PI * p.z * inv2 * inv2 * area;
             } else {
-                contour += far_crossing(clip, place, a, b);
+                region += region_integral(map, e, i);
             }
         }
-        i = skip;
+        if kind != CLUSTER {
+            contour += edge_above(map, clip, place, a, b);
+        }
+        if piece {
+            a = b;
+            index += 1u;
+            let up = min(countTrailingZeros(index), level);
+            index >>= up;
+            level -= up;
+            i += u32(level == 0u);
+        } else {
+            i = select(i + 1u, emitter.first_node + (link & LINK_MASK), kind <= RUN);
+        }
     }
     return Integral(contour / TAU + region, visited);
 }

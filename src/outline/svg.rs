@@ -1,4 +1,4 @@
-//! SVG files as layers of light: limits, options, errors; [`super::walk`] does the drawing.
+//! SVG files as layers of light: limits, options, errors; `walk.rs` does the drawing.
 //!
 //! No file but the one given is ever read, and no font but those given is used.
 

@@ -8,10 +8,12 @@
 use crate::cases::{Rng, ring};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use glyphlight::backend::cpu::CpuBackend;
+use glyphlight::backend::gather::Images;
 use glyphlight::backend::gpu::layout::MeterPoint;
 use glyphlight::backend::gpu::{AdapterChoice, GpuBackend};
 use glyphlight::backend::prepared::Prepared;
-use glyphlight::backend::{Backend, BackendError, Rendering, Settings, Technique, gather};
+use glyphlight::backend::{Backend, BackendError, Rendering, Settings, Stats, Technique};
+use glyphlight::brdf::ltc::Table;
 use glyphlight::film::Film;
 use glyphlight::kernel::frame::ShadingFrame;
 use glyphlight::light::{AreaLight, Layer, Placement};
@@ -219,27 +221,73 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     all
 }
 
+/// Scenes where f32 is short of digits.
+fn hard_scenes() -> Vec<(&'static str, Scene)> {
+    let white = DVec3::ONE;
+    let tilt = DVec3::new(15.0, 20.0, 0.0);
+    let scaled = |mut scene: Scene, factor: f64, shift: DVec3| {
+        let place = |p: DVec3| p * factor + shift;
+        scene.camera.position = place(scene.camera.position);
+        scene.camera.look_at = place(scene.camera.look_at);
+        for light in &mut scene.lights {
+            let Placement { origin, x, y } = light.placement;
+            light.placement = Placement { origin: place(origin), x: x * factor, y: y * factor };
+        }
+        for v in scene.triangles.iter_mut().flat_map(|t| &mut t.vertices) {
+            v.position = place(v.position);
+        }
+        scene
+    };
+    let page_at = |alpha, y| floor(material(alpha, 0.5), light(page(), DVec3::new(0.0, y, 0.0), tilt, white));
+    let mut straight =
+        floor(material(0.02, 1.0), light(page(), DVec3::new(0.0, 1.0, 0.0), DVec3::new(90.0, 0.0, 0.0), white));
+    straight.camera = Camera { position: DVec3::new(0.0, 4.0, 0.0), look_at: DVec3::ZERO, ..straight.camera };
+    let mut near = page_at(0.1, 0.3);
+    near.camera.position = DVec3::new(0.2, 0.02, 1.5);
+    vec![
+        ("alpha 0.02", page_at(0.02, 1.2)),
+        ("alpha 0.005", page_at(0.005, 1.2)),
+        ("alpha 0.001", page_at(0.001, 1.2)),
+        ("mirror, alpha 0", page_at(0.0, 1.2)),
+        ("mirror from straight above", straight),
+        (
+            "standing on the floor",
+            floor(material(0.2, 0.0), light(rectangle(), DVec3::new(0.0, 0.5, 0.0), DVec3::ZERO, white)),
+        ),
+        (
+            "lying close above the floor",
+            floor(material(0.2, 0.0), light(annulus(), DVec3::new(0.0, 1e-3, 0.0), DVec3::new(90.0, 0.0, 0.0), white)),
+        ),
+        (
+            "lying very close above the floor",
+            floor(material(0.2, 0.0), light(annulus(), DVec3::new(0.0, 1e-5, 0.0), DVec3::new(90.0, 0.0, 0.0), white)),
+        ),
+        ("grazing view", near),
+        ("small", scaled(page_at(0.1, 0.3), 1e-4, DVec3::ZERO)),
+        ("large", scaled(page_at(0.1, 0.3), 1e4, DVec3::ZERO)),
+        ("far from the origin", scaled(page_at(0.1, 0.3), 1.0, DVec3::new(1e5, -3e4, 2e5))),
+        ("triangles below a pixel", mesh(400)),
+    ]
+}
+
 fn white_level(scene: &Scene) -> f32 {
     let layers = scene.lights.iter().flat_map(|l| &l.layers);
     layers.map(|l| l.radiance.max_element()).fold(1.0, f64::max) as f32
 }
 
-/// Fraction of pixels that differ by more than 1e-5 of the white level, and the largest difference over it.
+/// Fraction of pixels that differ by more than 1e-5 of the white level in any layer, and the largest difference over it.
 fn difference(a: &Film, b: &Film, white: f32) -> (f64, f32) {
     assert_eq!((a.width, a.height), (b.width, b.height));
-    let layers = |f: &Film| -> Vec<[f32; 9]> {
-        let pixel =
-            |((d, s), e): ((&[f32; 3], &[f32; 3]), &[f32; 3])| [d[0], d[1], d[2], s[0], s[1], s[2], e[0], e[1], e[2]];
-        f.diffuse.iter().zip(&f.specular).zip(&f.emission).map(pixel).collect()
+    let pixel = |f: &Film, i: usize| -> Vec<f32> {
+        let layers = [f.diffuse[i], f.specular[i], f.emission[i], f.background[i]];
+        // The matte is a fraction of the pixel, and so a fraction of the white level.
+        layers.into_iter().flatten().chain([f.matte[i] * white]).collect()
     };
-    let worst = |(p, q): (&[f32; 9], &[f32; 9])| -> f32 {
-        p.iter()
-            .zip(q)
-            .map(|(x, y)| if x.is_finite() && y.is_finite() { (x - y).abs() } else { f32::MAX })
-            .fold(0.0, f32::max)
-            / white
+    let error = |i: usize| -> f32 {
+        let off = |(x, y): (f32, f32)| if x.is_finite() && y.is_finite() { (x - y).abs() } else { f32::MAX };
+        pixel(a, i).into_iter().zip(pixel(b, i)).map(off).fold(0.0, f32::max) / white
     };
-    let errors: Vec<f32> = layers(a).iter().zip(&layers(b)).map(worst).collect();
+    let errors: Vec<f32> = (0..a.matte.len()).map(error).collect();
     let off = errors.iter().filter(|&&e| e > 1e-5).count() as f64 / errors.len() as f64;
     (off, errors.into_iter().fold(0.0, f32::max))
 }
@@ -252,20 +300,153 @@ fn render(backend: &dyn Backend, scene: &Scene, settings: &Settings) -> Renderin
     backend.render(scene, settings).unwrap()
 }
 
+/// Brightest value that a surface reflects.
+fn brightest(film: &Film) -> f32 {
+    film.diffuse.iter().chain(&film.specular).flatten().fold(0.0, |a, &b| a.max(b))
+}
+
 #[test]
 fn every_scene_is_the_same_on_both() {
     let Some(gpu) = gpu() else { return };
     let mut bad = Vec::new();
-    for (name, scene) in scenes() {
-        for samples in [1, 3] {
-            let settings = settings(samples);
-            let (a, b) = (render(&CpuBackend, &scene, &settings), render(gpu, &scene, &settings));
-            let difference = difference(&a.film, &b.film, white_level(&scene));
-            println!("{name}, {samples} samples: {:.2e} of the pixels off, worst {:.1e}", difference.0, difference.1);
-            if !agree(difference) {
-                bad.push(format!("{name}: {difference:?}"));
-            }
+    let hard = hard_scenes().into_iter().map(|(name, scene)| (name, scene, 1));
+    let all = scenes().into_iter().flat_map(|(name, scene)| [(name, scene.clone(), 1), (name, scene, 3)]);
+    for (name, scene, samples) in all.chain(hard) {
+        let settings = settings(samples);
+        let (a, b) = (render(&CpuBackend, &scene, &settings), render(gpu, &scene, &settings));
+        let difference = difference(&a.film, &b.film, white_level(&scene));
+        println!("{name}, {samples} samples: {:.2e} of the pixels off, worst {:.1e}", difference.0, difference.1);
+        let lit = !scene.lights.is_empty() && !scene.triangles.is_empty();
+        let blank = lit && brightest(&b.film) < 0.01;
+        if !agree(difference) || blank || !same_stats(&a.stats, &b.stats) {
+            bad.push(format!("{name}: {difference:?}, blank {blank}, {:?}, {:?}", a.stats, b.stats));
         }
     }
     assert!(bad.is_empty(), "{bad:#?}");
+}
+
+/// Samples are the same; decisions that hang on a rounding may differ.
+fn same_stats(a: &Stats, b: &Stats) -> bool {
+    let near = |x: u64, y: u64| x.abs_diff(y) as f64 <= 1e-3 * x.max(y) as f64 + 2.0;
+    let lights = a.lights.iter().zip(&b.lights).all(|(x, y)| {
+        x.name == y.name
+            && x.candidates == y.candidates
+            && near(x.behind, y.behind)
+            && near(x.below_horizon, y.below_horizon)
+            && near(x.no_lobe, y.no_lobe)
+    });
+    let totals = a.shaded == b.shaded && near(a.integrals, b.integrals) && near(a.nodes, b.nodes);
+    totals && lights && a.lights.len() == b.lights.len()
+}
+
+/// The comparison notices a light that moves by a hundredth of its size.
+#[test]
+fn a_moved_light_is_noticed() {
+    let Some(gpu) = gpu() else { return };
+    for (name, scene) in scenes() {
+        if scene.lights.is_empty() {
+            continue;
+        }
+        let mut moved = scene.clone();
+        moved.lights[0].placement.origin.x += 0.02;
+        let settings = settings(1);
+        let (a, b) = (render(&CpuBackend, &scene, &settings), render(gpu, &moved, &settings));
+        assert!(!agree(difference(&a.film, &b.film, white_level(&scene))), "{name}");
+    }
+}
+
+/// A picture wider and one higher than a tile, neither a multiple of it or of a workgroup.
+#[test]
+fn tiles_fit_together() {
+    let Some(gpu) = gpu() else { return };
+    for (width, height) in [(1031, 29), (27, 2050)] {
+        let settings = Settings { width, height, ..settings(1) };
+        let scene = mesh(12);
+        let (a, b) = (render(&CpuBackend, &scene, &settings), render(gpu, &scene, &settings));
+        assert!(agree(difference(&a.film, &b.film, white_level(&scene))), "{width} × {height}");
+        assert!(same_stats(&a.stats, &b.stats));
+    }
+}
+
+#[test]
+fn what_the_gpu_cannot_do_is_refused() {
+    let Some(gpu) = gpu() else { return };
+    let scene = mesh(6);
+    let exact = Settings { technique: Technique::Exact, ..settings(1) };
+    assert!(matches!(gpu.render(&scene, &exact), Err(BackendError::CpuOnly)));
+    let empty = Settings { width: 0, ..settings(1) };
+    assert!(matches!(gpu.render(&scene, &empty), Err(BackendError::Size { .. })));
+}
+
+/// Single integrals of the WGSL walk against the Rust walk: random lights, lobes and places, the hostile ones included.
+#[test]
+fn the_walks_agree_on_single_integrals() {
+    let Some(gpu) = gpu() else { return };
+    let mut rng = Rng(21);
+    let mut scene = floor(Material::default(), light(rectangle(), DVec3::ZERO, DVec3::ZERO, DVec3::ONE));
+    scene.lights = (0..40)
+        .map(|i| {
+            let shape = if i % 8 == 0 { page() } else { crate::cases::blob(&mut rng) };
+            let turn = DVec3::new(rng.within(-180.0, 180.0), rng.within(-180.0, 180.0), 0.0);
+            let mut light = light(shape, rng.direction() * rng.within(0.0, 3.0), turn, DVec3::ONE);
+            light.two_sided = i % 2 == 0;
+            light
+        })
+        .collect();
+    let prepared = Prepared::new(&scene, &settings(1)).unwrap();
+    let points: Vec<MeterPoint> = (0..8000)
+        .map(|i| {
+            let emitter = i % prepared.emitters.len();
+            let normal = rng.direction();
+            let mut view = rng.direction();
+            if view.dot(normal) < 0.0 {
+                view = -view;
+            }
+            let distance = rng.log_within(0.03, 30.0);
+            let position = prepared.emitters[emitter].placement.origin + rng.direction() * distance;
+            MeterPoint {
+                position: position.as_vec3(),
+                emitter: emitter as u32,
+                normal: normal.as_vec3(),
+                alpha: rng.log_within(0.01, 1.0) as f32,
+                view: view.as_vec3(),
+                tolerance: if i % 2 == 0 { 1e-3 } else { 1e-5 },
+            }
+        })
+        .collect();
+    let expected: Vec<[f64; 2]> = points.iter().map(|p| on_the_cpu(&prepared, p)).collect();
+    let readings = gpu.measure(&prepared.emitters, &points).unwrap();
+    let mut errors: Vec<f64> = readings
+        .iter()
+        .zip(&expected)
+        .flat_map(|(r, e)| [(f64::from(r.diffuse) - e[0]).abs(), (f64::from(r.specular) - e[1]).abs()])
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    let quantile = |q: f64| errors[((errors.len() - 1) as f64 * q) as usize];
+    println!(
+        "median {:.1e}, 99 % {:.1e}, 99.9 % {:.1e}, worst {:.1e}",
+        quantile(0.5),
+        quantile(0.99),
+        quantile(0.999),
+        quantile(1.0)
+    );
+    assert!(expected.iter().filter(|e| e[0] > 0.01 && e[1] > 0.01).count() > 1000);
+    assert!(quantile(0.99) < 2e-6);
+    assert!(quantile(1.0) < 2e-4);
+    // A lobe wider by a hundredth is another lobe.
+    let wider: Vec<MeterPoint> = points.iter().map(|p| MeterPoint { alpha: p.alpha * 1.01, ..*p }).collect();
+    let others = gpu.measure(&prepared.emitters, &wider).unwrap();
+    let off = others.iter().zip(&expected).filter(|(r, e)| (f64::from(r.specular) - e[1]).abs() > 2e-4).count();
+    assert!(off > points.len() / 20, "{off}");
+}
+
+/// Both integrals at a point by the Rust kernel.
+fn on_the_cpu(prepared: &Prepared, point: &MeterPoint) -> [f64; 2] {
+    let emitter = &prepared.emitters[point.emitter as usize];
+    let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
+    let Ok(images) = Images::new(emitter, &frame, point.position.as_dvec3()) else { return [0.0; 2] };
+    let lobe = Table::shipped().lobe(point.alpha, frame.cos_theta as f32);
+    [None, Some(&lobe)].map(|lobe| {
+        images.integral(emitter, lobe, point.tolerance, Technique::Tree).map_or(0.0, |gathered| gathered.value)
+    })
 }

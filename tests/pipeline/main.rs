@@ -1,6 +1,9 @@
 //! The test suite: one binary, one module per stage.
 
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "tests report what they measure and what they skip")]
+
 mod backends;
+mod brdf;
 mod cases;
 mod cli;
 mod film;
@@ -10,5 +13,6 @@ mod mask;
 mod mesh;
 mod preset;
 mod scene;
+mod shaders;
 mod shape;
 mod text;

@@ -1,7 +1,7 @@
 //! A hierarchy of boxes around the triangles, for rays that the rasteriser cannot answer. Walked by `shaders/nearest.wgsl`.
 
 use super::layout::{BOX_COUNT_BITS, Box};
-use crate::kernel::surface::SurfaceTriangle;
+use crate::kernel::surface::{SEAM, SurfaceTriangle};
 use glam::Vec3;
 
 /// Most triangles in a leaf.
@@ -28,7 +28,9 @@ impl Boxes {
         let item = |(index, t): (usize, &SurfaceTriangle)| {
             let p = t.p0.truncate();
             let (q, r) = (p + t.e1.truncate(), p + t.e2.truncate());
-            Item { low: p.min(q).min(r), high: p.max(q).max(r), index }
+            // A hit may lie that far outside, and rounding adds to it.
+            let seam = (t.e1.truncate().abs() + t.e2.truncate().abs()) * (2.0 * SEAM);
+            Item { low: p.min(q).min(r) - seam, high: p.max(q).max(r) + seam, index }
         };
         let mut items: Vec<Item> = triangles.iter().enumerate().map(item).collect();
         let mut boxes = Self { boxes: Vec::new(), triangles: Vec::with_capacity(triangles.len()) };

@@ -2,7 +2,7 @@
 
 use super::layout::BOX_COUNT_BITS;
 use crate::brdf::ltc::{ALPHA_MIN, Table};
-use crate::kernel::surface::NO_TEXTURE;
+use crate::kernel::surface::{NO_TEXTURE, SEAM};
 use crate::kernel::tree::{CLUSTER, CUBIC, LINK_MASK, RUN, SEGMENT};
 
 /// Rows of the skip counters: workgroups of different rows do not wait for each other.
@@ -57,6 +57,8 @@ fn constants() -> String {
         ("LTC_THETAS", thetas as u32),
     ];
     let mut code: String = unsigned.iter().map(|(name, value)| format!("const {name}: u32 = {value}u;\n")).collect();
-    code += &format!("const LTC_ALPHA_MIN: f32 = {ALPHA_MIN:e};\n");
+    for (name, value) in [("LTC_ALPHA_MIN", ALPHA_MIN), ("SEAM", SEAM)] {
+        code += &format!("const {name}: f32 = {value:e};\n");
+    }
     code
 }
