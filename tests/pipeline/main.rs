@@ -15,4 +15,7 @@ mod preset;
 mod scene;
 mod shaders;
 mod shape;
+mod painter;
+mod svg;
+mod svg_hostile;
 mod text;
