@@ -16,6 +16,16 @@ pub enum Error {
     /// Text, font, SVG or path data does not make a shape.
     #[error(transparent)]
     Outline(#[from] crate::outline::OutlineError),
+    /// An argument does not make a shape.
+    #[error("--{argument} {value}: {source}")]
+    Argument {
+        /// Its name.
+        argument: &'static str,
+        /// Its value, quoted and shortened.
+        value: String,
+        /// What is wrong with it.
+        source: Box<crate::outline::OutlineError>,
+    },
     /// A shape has no tree.
     #[error(transparent)]
     Tree(#[from] crate::light::tree::TreeError),

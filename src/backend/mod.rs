@@ -110,6 +110,16 @@ pub enum BackendError {
         /// What is wrong with its shape.
         source: crate::light::tree::TreeError,
     },
+    /// A corner of a surface is no place that 32-bit floats can compute with.
+    #[error("triangle {triangle}: its corner at {position} is beyond ±{limit:e} m from the camera")]
+    Far {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The corner, world space.
+        position: glam::DVec3,
+        /// Largest distance along an axis.
+        limit: f64,
+    },
     /// No adapter of the wanted kind.
     #[error("no GPU adapter: {0}")]
     NoAdapter(String),

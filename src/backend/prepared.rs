@@ -49,6 +49,9 @@ pub struct Prepared {
     pub offsets: Vec<[f32; 2]>,
 }
 
+/// Farthest corner of a surface from the camera along an axis, metres: areas and their sums stay within f32.
+const FARTHEST: f64 = 1e16;
+
 impl Prepared {
     /// Prepares `scene` for a picture. Builds one tree per emission.
     pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, BackendError> {
@@ -63,6 +66,12 @@ impl Prepared {
             up: frame.up.as_vec3().extend(0.0),
         };
         let eye = scene.camera.position;
+        for (triangle, vertex) in scene.triangles.iter().enumerate().flat_map(|(i, t)| t.vertices.map(|v| (i, v))) {
+            let position = vertex.position;
+            if !(0.0..=FARTHEST).contains(&(position - eye).abs().max_element()) {
+                return Err(BackendError::Far { triangle, position, limit: FARTHEST });
+            }
+        }
         let (textures, texels) = pack_textures(&scene.textures);
         Ok(Self {
             eye,

@@ -1,10 +1,11 @@
 //! `glyphlight fit`: the table of linearly transformed cosines.
 
 use super::say;
+use crate::brdf::errors::ErrorMap;
 use crate::brdf::fit::{FitOptions, Tilt, fit_table};
 use crate::brdf::ltc::Table;
 use crate::error::Error;
-use crate::film::{FilmError, write_whole};
+use crate::film::{FilmError, Pending, check_writable};
 use comfy_table::{Cell, CellAlignment};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -24,6 +25,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Error> {
+    args.output.as_deref().map(check_writable).transpose()?;
     let size = args.size as usize;
     let options = FitOptions { alphas: size, thetas: size, ..FitOptions::default() };
     let table = if args.shipped { Table::shipped().clone() } else { fit(&options, "free tilt")? };
@@ -32,14 +34,16 @@ pub fn run(args: &Args) -> Result<(), Error> {
     }
     // A worse fit on purpose: what the published form of the matrix, its tilt pinned, can do.
     let pinned = fit(&FitOptions { tilt: Tilt::MeanDirection, ..options }, "pinned tilt")?;
-    say("error of the fit over alpha × theta: ∫|fit − f cos|ᵏ of the density, to the power 1/k")?;
+    say(
+        "Error over alpha × theta, L_k = (∫|fit − f cos|ᵏ / ∫(f cos)ᵏ)^(1/k) above the horizon, on 16 × 16 places between nodes:",
+    )?;
     say(report(&[("free tilt", &table), ("tilt pinned to the mean direction", &pinned)]))
 }
 
 /// Writes the table, whole or not at all.
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let io = |source| FilmError::Io { path: path.into(), source };
-    Ok(write_whole(path, |out| out.write_all(bytes).map_err(io))?)
+    Ok(Pending::new(path, |out| out.write_all(bytes).map_err(io))?.keep()?)
 }
 
 fn fit(options: &FitOptions, what: &str) -> Result<Table, Error> {
@@ -64,13 +68,11 @@ fn fit(options: &FitOptions, what: &str) -> Result<Table, Error> {
 
 /// Mean and greatest L1, L2, L3 error of each table.
 fn report(tables: &[(&str, &Table)]) -> String {
-    const ALPHAS: [f64; 8] = [0.01, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0];
-    const COSINES: [f64; 8] = [1.0, 0.95, 0.85, 0.7, 0.5, 0.3, 0.15, 0.05];
     let mut out = comfy_table::Table::new();
     out.load_style(comfy_table::presets::NOTHING);
     out.set_header(["table", "mean L1", "mean L2", "mean L3", "max L1", "max L2", "max L3"]);
     for (name, table) in tables {
-        let map = table.error_map(&ALPHAS, &COSINES);
+        let map = ErrorMap::between_nodes(table, 16);
         let cells = map.mean().into_iter().chain(map.max());
         let row = cells.map(|v| Cell::new(format!("{v:.4}")).set_alignment(CellAlignment::Right));
         out.add_row(std::iter::once(Cell::new(name)).chain(row));

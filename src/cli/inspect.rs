@@ -1,9 +1,9 @@
 //! `glyphlight inspect`: what an input becomes.
 
 use super::lights::{Art, Source, Style};
-use super::say;
+use super::{label, say};
 use crate::error::Error;
-use crate::film::diagram;
+use crate::film::{Format, check_writable, diagram};
 use crate::light::tree::Tree;
 use crate::scene::file;
 use comfy_table::Table;
@@ -52,6 +52,12 @@ struct Report {
 }
 
 pub fn run(args: &Args) -> Result<(), Error> {
+    if let Some(path) = &args.png {
+        if Format::of(path)? != Format::Png {
+            return Err(Error::Usage(format!("{}: a drawing ends in .png", path.display())));
+        }
+        check_writable(path)?;
+    }
     let (arts, warnings) = arts(args)?;
     let mut emissions = Vec::new();
     for art in &arts {
@@ -106,6 +112,7 @@ fn arts(args: &Args) -> Result<(Vec<Art>, Vec<String>), Error> {
             Ok((vec![art], warnings))
         }
         "toml" => {
+            args.style.check("a scene file")?;
             let loaded = file::load(path)?;
             let art = |l: crate::light::AreaLight| Art { name: l.name, layers: l.layers, warnings: Vec::new() };
             Ok((loaded.scene.lights.into_iter().map(art).collect(), loaded.warnings))
@@ -123,7 +130,7 @@ fn table(rows: &[Row]) -> String {
     ]);
     for r in rows {
         table.add_row([
-            r.light.escape_default().to_string(),
+            label(&r.light),
             r.layer.to_string(),
             r.contours.to_string(),
             r.holes.to_string(),

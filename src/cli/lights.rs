@@ -35,29 +35,60 @@ pub struct Source {
 #[derive(Debug, clap::Args)]
 pub struct Style {
     /// Font file (.ttf, .otf, .ttc) or name of a bundled font; give several to fall back from one to the next
-    #[arg(long, requires = "text")]
+    #[arg(long)]
     font: Vec<String>,
-    /// Em of the text, or longer side of the SVG, in metres
-    #[arg(long, default_value_t = 1.0, value_parser = super::render::positive_f64)]
-    size: f64,
-    /// Alignment of the lines
-    #[arg(long, value_enum, default_value_t = AlignArg::Center)]
-    align: AlignArg,
-    /// Extra space between letters, em
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
-    letter_spacing: f64,
+    /// Em of the text, or longer side of the SVG, in metres [default: 1]
+    #[arg(long, value_parser = length)]
+    size: Option<f64>,
+    /// Alignment of the lines [default: center]
+    #[arg(long, value_enum)]
+    align: Option<AlignArg>,
+    /// Extra space between letters, em [default: 0]
+    #[arg(long, allow_negative_numbers = true)]
+    letter_spacing: Option<f64>,
     /// Distance between baselines, em; the font's own if not given
     #[arg(long)]
     line_height: Option<f64>,
     /// Place on an axis of a variable font, as in wght=700
     #[arg(long, value_name = "TAG=VALUE", value_parser = axis)]
     axis: Vec<(Tag, f32)>,
-    /// Direction of the lines
-    #[arg(long, value_enum, default_value_t = DirectionArg::Auto)]
-    direction: DirectionArg,
-    /// Fill rule of --path
-    #[arg(long, value_enum, default_value_t = FillRuleArg::Nonzero)]
-    fill_rule: FillRuleArg,
+    /// Direction of the lines [default: auto]
+    #[arg(long, value_enum)]
+    direction: Option<DirectionArg>,
+    /// Light every part of the SVG alike, whatever its own colours
+    #[arg(long)]
+    no_svg_colors: bool,
+    /// Fill rule of --path [default: nonzero]
+    #[arg(long, value_enum)]
+    fill_rule: Option<FillRuleArg>,
+}
+
+impl Style {
+    /// Refuses what would have no effect; `kind` is `--text`, `--svg`, `--path` or what a file is called.
+    pub fn check(&self, kind: &str) -> Result<(), Error> {
+        const TEXT: &[&str] = &["--text"];
+        let given: [(&str, bool, &[&str]); 9] = [
+            ("font", !self.font.is_empty(), TEXT),
+            ("size", self.size.is_some(), &["--text", "--svg"]),
+            ("align", self.align.is_some(), TEXT),
+            ("letter-spacing", self.letter_spacing.is_some(), TEXT),
+            ("line-height", self.line_height.is_some(), TEXT),
+            ("axis", !self.axis.is_empty(), TEXT),
+            ("direction", self.direction.is_some(), TEXT),
+            ("no-svg-colors", self.no_svg_colors, &["--svg"]),
+            ("fill-rule", self.fill_rule.is_some(), &["--path"]),
+        ];
+        match given.iter().find(|(_, given, kinds)| *given && !kinds.contains(&kind)) {
+            None => Ok(()),
+            Some((name, _, kinds)) => {
+                Err(Error::Usage(format!("--{name} goes with {}; it has no effect on {kind}", kinds.join(" and "))))
+            }
+        }
+    }
+
+    fn size(&self) -> f64 {
+        self.size.unwrap_or(1.0)
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -78,6 +109,12 @@ enum DirectionArg {
 enum FillRuleArg {
     Nonzero,
     Evenodd,
+}
+
+/// A length in metres, within what scene files take as well.
+fn length(text: &str) -> Result<f64, String> {
+    let value = super::render::positive_f64(text)?;
+    if (1e-9..=1e9).contains(&value) { Ok(value) } else { Err(format!("{text} is not a length of 1e-9 to 1e9 m")) }
 }
 
 fn axis(text: &str) -> Result<(Tag, f32), String> {
@@ -101,9 +138,9 @@ impl Source {
     /// Turns the source into shapes.
     pub fn art(&self, style: &Style) -> Result<Art, Error> {
         match (&self.text, &self.svg, &self.path) {
-            (Some(text), ..) => text_art(text, style),
-            (_, Some(file), _) => svg_art(file, style),
-            (.., Some(data)) => path_art(data, style),
+            (Some(text), ..) => style.check("--text").and_then(|()| text_art(text, style)),
+            (_, Some(file), _) => style.check("--svg").and_then(|()| svg_art(file, style)),
+            (.., Some(data)) => style.check("--path").and_then(|()| path_art(data, style)),
             _ => Err(Error::Usage("nothing to light: give a scene file, --text, --svg or --path".into())),
         }
     }
@@ -124,22 +161,22 @@ fn text_art(text: &str, style: &Style) -> Result<Art, Error> {
         style.font.iter().map(|name| font(name)).collect::<Result<Vec<_>, _>>()?
     };
     let set = TextStyle {
-        size: style.size,
+        size: style.size(),
         align: match style.align {
-            AlignArg::Left => Align::Left,
-            AlignArg::Center => Align::Center,
-            AlignArg::Right => Align::Right,
+            Some(AlignArg::Left) => Align::Left,
+            Some(AlignArg::Center) | None => Align::Center,
+            Some(AlignArg::Right) => Align::Right,
         },
-        letter_spacing: style.letter_spacing,
+        letter_spacing: style.letter_spacing.unwrap_or(0.0),
         line_height: style.line_height,
         axes: style.axis.clone(),
         direction: match style.direction {
-            DirectionArg::Auto => Direction::Auto,
-            DirectionArg::Ltr => Direction::Ltr,
-            DirectionArg::Rtl => Direction::Rtl,
+            Some(DirectionArg::Auto) | None => Direction::Auto,
+            Some(DirectionArg::Ltr) => Direction::Ltr,
+            Some(DirectionArg::Rtl) => Direction::Rtl,
         },
     };
-    let text_layout = layout(text, &fonts, &set).map_err(OutlineError::from)?;
+    let text_layout = layout(text, &fonts, &set).map_err(|e| argument("text", text, e))?;
     Ok(Art { name: text.into(), layers: vec![white(text_layout.shape)], warnings: text_layout.warnings })
 }
 
@@ -155,19 +192,32 @@ fn font(name: &str) -> Result<Font, Error> {
 
 fn svg_art(file: &Path, style: &Style) -> Result<Art, Error> {
     let name = file.display().to_string();
-    let art = svg::svg(&read(file, MAX_BYTES)?, &name, &SvgOptions::bundled(style.size))?;
-    let layer = |l: svg::ArtLayer| Layer { shape: l.shape, radiance: l.color.into(), opacity: l.opacity };
-    Ok(Art { name, layers: art.layers.into_iter().map(layer).collect(), warnings: art.warnings })
+    let art = svg::svg(&read(file, MAX_BYTES)?, &name, &SvgOptions::bundled(style.size()))?;
+    let layer = |l: svg::ArtLayer| {
+        // The colours of the art are multiplied by the opacity already.
+        let radiance = if style.no_svg_colors { DVec3::splat(l.opacity) } else { l.color.into() };
+        Layer { shape: l.shape, radiance, opacity: l.opacity }
+    };
+    let layers: Vec<_> = art.layers.into_iter().map(layer).collect();
+    if layers.iter().all(|l| l.radiance == DVec3::ZERO) {
+        return Err(Error::Usage(format!("{name}: all of it is black; --no-svg-colors lights every part of it")));
+    }
+    Ok(Art { name, layers, warnings: art.warnings })
 }
 
 fn path_art(data: &str, style: &Style) -> Result<Art, Error> {
     let rule = match style.fill_rule {
-        FillRuleArg::Nonzero => FillRule::NonZero,
-        FillRuleArg::Evenodd => FillRule::EvenOdd,
+        Some(FillRuleArg::Nonzero) | None => FillRule::NonZero,
+        Some(FillRuleArg::Evenodd) => FillRule::EvenOdd,
     };
-    Ok(Art {
-        name: "path".into(),
-        layers: vec![white(path::shape(data, rule).map_err(OutlineError::from)?)],
-        warnings: Vec::new(),
-    })
+    let shape = path::shape(data, rule).map_err(|e| argument("path", data, e))?;
+    Ok(Art { name: "path".into(), layers: vec![white(shape)], warnings: Vec::new() })
+}
+
+/// An error of what an argument holds.
+fn argument(argument: &'static str, value: &str, source: impl Into<OutlineError>) -> Error {
+    const QUOTED: usize = 60;
+    let shown: String = value.chars().take(QUOTED).collect();
+    let more = if shown.len() < value.len() { "…" } else { "" };
+    Error::Argument { argument, value: format!("{shown:?}{more}"), source: Box::new(source.into()) }
 }

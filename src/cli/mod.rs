@@ -12,7 +12,8 @@ mod render;
 
 use crate::error::Error;
 use clap::{Parser, Subcommand};
-use std::io::Write;
+use std::fs::File;
+use std::io::{Read, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -68,14 +69,25 @@ fn say(line: impl std::fmt::Display) -> Result<(), Error> {
     writeln!(std::io::stdout().lock(), "{line}").map_err(|source| Error::io(stdout, source))
 }
 
-/// Reads a file the user named, up to a limit.
+/// The name of a light on one line of a table, shortened.
+fn label(name: &str) -> String {
+    const SHOWN: usize = 40;
+    let more = if name.chars().nth(SHOWN).is_some() { "…" } else { "" };
+    let shown: String = name.chars().take(SHOWN).collect();
+    format!("{}{more}", shown.escape_debug())
+}
+
+/// Reads a file or pipe the user named, up to a limit.
 fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
-    let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
-    if meta.is_dir() {
-        return Err(Error::io(path, std::io::ErrorKind::IsADirectory.into()));
+    let io = |source| Error::io(path, source);
+    let file = File::open(path).map_err(io)?;
+    if file.metadata().map_err(io)?.is_dir() {
+        return Err(io(std::io::ErrorKind::IsADirectory.into()));
     }
-    if meta.len() > limit {
-        return Err(Error::Usage(format!("{}: {} bytes; the limit is {limit}", path.display(), meta.len())));
+    let mut bytes = Vec::new();
+    file.take(limit + 1).read_to_end(&mut bytes).map_err(io)?;
+    if bytes.len() as u64 > limit {
+        return Err(Error::Usage(format!("{}: more than {limit} bytes", path.display())));
     }
-    std::fs::read(path).map_err(|e| Error::io(path, e))
+    Ok(bytes)
 }

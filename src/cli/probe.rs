@@ -19,6 +19,15 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
+/// Largest coordinate, in light space and in cosine space.
+const LARGEST: f64 = 1e30;
+
+/// Least of the largest coordinate in cosine space.
+const SMALLEST: f64 = 1e-30;
+
+/// Farthest point of a scene along an axis, metres.
+const FARTHEST: f64 = 1e12;
+
 /// Largest file of cases or points.
 const MAX_BYTES: u64 = 1 << 30;
 
@@ -128,13 +137,23 @@ struct Value {
 fn integrals(path: &Path, how: &How) -> Result<(), Error> {
     lines(path, |case: Case| {
         let shape = contours(&case.curves)?;
-        let c = [case.c0, case.c1, case.c2].map(DVec3::from_array);
+        let c = cosine_space(&case)?;
         let (value, visited) = match how.technique {
             TechniqueArg::Exact => (exact_integral(&ExactMap { c, horizon: None }, &shape), 0),
             TechniqueArg::Tree => one_sided(c, &shape, how.tolerance)?,
         };
         Ok(json(&Value { id: case.id, value, visited }))
     })
+}
+
+/// The map to cosine space. Only its direction counts, but its products must not leave the range of f64.
+fn cosine_space(case: &Case) -> Result<[DVec3; 3], String> {
+    let c = [case.c0, case.c1, case.c2].map(DVec3::from_array);
+    let largest = c.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+    if (SMALLEST..=LARGEST).contains(&largest) {
+        return Ok(c);
+    }
+    Err(format!("the largest of `c0`, `c1`, `c2` is {largest:e}; it must be {SMALLEST:e} to {LARGEST:e}"))
 }
 
 fn json(value: &impl Serialize) -> String {
@@ -146,6 +165,9 @@ fn contours(curves: &[[[f64; 2]; 4]]) -> Result<Shape, String> {
     let mut contours: Vec<Vec<CubicBez>> = Vec::new();
     let mut end = None;
     for points in curves {
+        if let Some(point) = points.iter().find(|p| p.iter().any(|v| v.abs() > LARGEST)) {
+            return Err(format!("`curves`: control point {point:?} is beyond ±{LARGEST:e}"));
+        }
         let [p0, p1, p2, p3] = points.map(DVec2::from_array);
         let curve = CubicBez::new(p0, p1, p2, p3);
         match contours.last_mut() {
@@ -205,6 +227,9 @@ fn reading(prepared: &Prepared, settings: &Settings, point: Point) -> Result<Rea
     };
     if !(0.0..=1.0).contains(&point.alpha) {
         return Err(format!("`alpha` = {} is not between 0 and 1", point.alpha));
+    }
+    if point.position.iter().any(|v| v.abs() > FARTHEST) {
+        return Err(format!("`position` = {:?} is beyond ±{FARTHEST:e} m", point.position));
     }
     let frame = ShadingFrame::new(unit("normal", point.normal)?, unit("view", point.view)?);
     let lobe = Table::shipped().lobe(point.alpha as f32, frame.cos_theta as f32);

@@ -2,12 +2,12 @@
 
 use super::lights::{Source, Style};
 use super::probe::TechniqueArg;
-use super::{say, warn};
+use super::{label, say, warn};
 use crate::backend::cpu::CpuBackend;
 use crate::backend::{Backend, BackendError, Rendering, Settings, Stats, Technique};
 use crate::color::parse_hex;
 use crate::error::Error;
-use crate::film::{Display, Film, Format, ToneMap};
+use crate::film::{Display, Film, Format, Pending, ToneMap, check_writable};
 use crate::scene::preset::{PresetOptions, sign};
 use crate::scene::{Scene, file};
 use clap::ValueEnum;
@@ -69,7 +69,7 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 struct Sign {
     /// Radiance of the sign (of white, for an SVG), W/(sr·m²)
-    #[arg(long, default_value_t = 1.5, value_parser = positive_f64, conflicts_with = "scene")]
+    #[arg(long, default_value_t = 1.5, value_parser = radiance, conflicts_with = "scene")]
     radiance: f64,
     /// Colour of the sign, #rrggbb
     #[arg(long, default_value = "#ffffff", value_parser = hex, conflicts_with = "scene")]
@@ -133,6 +133,12 @@ pub(super) fn positive(text: &str) -> Result<f32, String> {
     if value.is_finite() && value > 0.0 { Ok(value) } else { Err(format!("{text} is beyond the range of f32")) }
 }
 
+/// A radiance, within what scene files take as well.
+fn radiance(text: &str) -> Result<f64, String> {
+    let value = positive_f64(text)?;
+    if value <= 1e12 { Ok(value) } else { Err(format!("{text} is more than 1e12")) }
+}
+
 fn finite(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| format!("`{text}` is not a finite number"))
 }
@@ -144,6 +150,7 @@ fn unit(text: &str) -> Result<f32, String> {
 pub fn run(args: &Args) -> Result<(), Error> {
     for path in &args.output {
         Format::of(path)?;
+        check_writable(path)?;
     }
     let settings = Settings {
         width: args.width,
@@ -169,14 +176,13 @@ pub fn run(args: &Args) -> Result<(), Error> {
 
 fn write(film: &Film, args: &Args) -> Result<(), Error> {
     let display = Display { exposure: args.exposure, tone_map: args.tone_map.into(), dither: args.dither };
-    for path in &args.output {
-        film.write(path, &display)?;
-    }
-    Ok(())
+    let files = args.output.iter().map(|path| film.encode(path, &display)).collect::<Result<Vec<_>, _>>()?;
+    Ok(files.into_iter().try_for_each(Pending::keep)?)
 }
 
 fn scene(args: &Args) -> Result<Scene, Error> {
     if let Some(path) = &args.scene {
+        args.style.check("a scene file")?;
         let loaded = file::load(path)?;
         warn(&loaded.warnings);
         return Ok(loaded.scene);
@@ -243,7 +249,7 @@ fn table(stats: &Stats) -> String {
             percent(light.no_lobe),
             light.candidates
         );
-        table.add_row([format!("skipped, {}", light.name.escape_default()), skipped]);
+        table.add_row([format!("skipped, {}", label(&light.name)), skipped]);
     }
     table.to_string()
 }

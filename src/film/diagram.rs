@@ -1,6 +1,6 @@
 //! A drawing of shapes with the direction of their contours.
 
-use super::{FilmError, png, write_whole};
+use super::{FilmError, Pending, png};
 use crate::shape::{Bounds, Contour, Shape};
 use glam::DVec2;
 use std::path::Path;
@@ -48,7 +48,7 @@ pub fn write(path: &Path, shapes: &[&Shape]) -> Result<(), FilmError> {
         }
     }
     let rgb: Vec<u8> = map.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
-    write_whole(path, |out| png::encode_rgb(&rgb, width, height, out, path))
+    Pending::new(path, |out| png::encode_rgb(&rgb, width, height, out, path))?.keep()
 }
 
 fn paint([r, g, b]: [u8; 3]) -> Paint<'static> {

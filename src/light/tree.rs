@@ -5,7 +5,7 @@ use crate::shape::{Bounds, CubicBez, Shape};
 use glam::{DVec2, Vec2};
 
 /// A leaf's curve turns by no more than this (cosine of the angle), so that it is a simple arc.
-const TURN_COS: f64 = 0.5;
+const TURN_COS: f64 = 0.8;
 /// Halvings of one curve at build time.
 const SPLITS: u32 = 6;
 /// Handles nearer the chord than this (tree space) make a straight edge.

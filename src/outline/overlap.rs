@@ -6,7 +6,7 @@
 //!    the origin, so art of 1e-4 m and 1e4 m meets the same numbers.
 //! 2. It runs in a thread of its own with a deadline; a panic or an endless loop there becomes an error here.
 //! 3. The result is judged by code of ours that shares nothing with it: along horizontals through the input
-//!    ([`judge`]) the inside intervals of the result must be those of the input under the fill rule, with
+//!    (`judge`) the inside intervals of the result must be those of the input under the fill rule, with
 //!    winding 0 or 1 only. A refused or failed attempt is repeated at a coarser tolerance and turned by an angle.
 
 use super::guard::{GuardError, guarded};
@@ -30,7 +30,7 @@ const STACK: usize = 8 << 20;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OverlapError {
     /// A coordinate is NaN, infinite or beyond 1e150.
-    #[error("path element {element}: coordinate {value} is not finite")]
+    #[error("path element {element}: coordinate {value:?} is not finite")]
     NotFinite {
         /// Index of the path element.
         element: usize,

@@ -1,4 +1,4 @@
-//! SVG files as layers of light: limits, options, errors; [`super::walk`] does the drawing.
+//! SVG files as layers of light: limits, options, errors; `walk.rs` does the drawing.
 //!
 //! No file but the one given is ever read, and no font but those given is used.
 
@@ -225,9 +225,6 @@ fn read(bytes: &[u8], options: &SvgOptions) -> Result<Art, SvgError> {
     let mut art = run("drawing", DRAW_SECONDS, move || walk::draw(&tree, size, findings))?;
     if art.layers.is_empty() {
         return Err(SvgError::NothingVisible { reason: "no element covers any of the picture" });
-    }
-    if art.layers.iter().all(|layer| layer.color == [0.0; 3]) {
-        return Err(SvgError::NothingVisible { reason: "all of it is black; give it a colour" });
     }
     let curves = art.layers.iter().map(|layer| layer.shape.curves().count()).sum();
     for (what, count, limit) in [("layers", art.layers.len(), MAX_LAYERS), ("curves", curves, MAX_CURVES)] {

@@ -76,7 +76,7 @@ pub enum TextError {
     #[error("no font was given to set the text in")]
     NoFont,
     /// A value of the style is out of range.
-    #[error("text {key} = {value} is not {allowed}")]
+    #[error("text {key} = {value:?} is not {allowed}")]
     Style {
         /// The key.
         key: &'static str,

@@ -4,6 +4,8 @@
 //! rectangle is the unit to compare with. `integral` times the integral alone on one thread, at a hundredth of the
 //! pixels; `picture` the whole shading stage of a metal floor on each backend. Run: `cargo bench --bench integral`.
 
+#![allow(clippy::print_stdout, reason = "a backend that is skipped is said aloud")]
+
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;

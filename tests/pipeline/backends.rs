@@ -3,6 +3,8 @@
 //! The white level is radiance 1, or the brightest light's radiance where that is more: 95 % of the pixels agree within
 //! 1e-5 of it, all within 1e-3.
 
+#![cfg(feature = "gpu")]
+
 use crate::cases::{Rng, ring};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use glyphlight::backend::cpu::CpuBackend;

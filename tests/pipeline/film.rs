@@ -16,7 +16,7 @@ fn film() -> Film {
     film
 }
 
-fn read_exr(path: &Path) -> exr::image::Image<exr::image::Layer<exr::image::AnyChannels<exr::image::FlatSamples>>> {
+pub fn read_exr(path: &Path) -> exr::image::Image<exr::image::Layer<exr::image::AnyChannels<exr::image::FlatSamples>>> {
     use exr::prelude::*;
     read()
         .no_deep_data()
@@ -188,7 +188,7 @@ fn what_cannot_be_written_leaves_no_file() {
         assert!(matches!(error, FilmError::Extension(_)) && error.to_string().contains(name), "{error}");
     }
     let error = film().write(&at("no/such/folder.png"), &display).unwrap_err();
-    assert!(matches!(error, FilmError::Io { .. }) && error.to_string().contains("folder.png"), "{error}");
+    assert!(matches!(error, FilmError::Folder { .. }) && error.to_string().contains("folder.png"), "{error}");
     let error = Film::new(0, 4).write(&at("empty.exr"), &display).unwrap_err();
     assert!(matches!(error, FilmError::Size { width: 0, .. }), "{error}");
     let mut torn = film();

@@ -114,8 +114,10 @@ fn scale_costs_no_digits() {
     }
 }
 
+type Maker = fn(&mut Rng) -> Placed;
+
 /// The kinds of placement that are known to break integrators.
-const HOSTILE: [(&str, fn(&mut Rng) -> Placed); 6] = [
+const HOSTILE: [(&str, Maker); 6] = [
     ("near an edge", |rng| near(rng, 1.0)),
     ("near the inside", |rng| {
         let inward = rng.unit();

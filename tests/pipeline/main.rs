@@ -1,8 +1,11 @@
 //! The test suite: one binary, one module per stage.
 
-#[cfg(feature = "gpu")]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "tests report what they measure and what they skip")]
+
 mod backends;
+mod brdf;
 mod cases;
+mod cli;
 mod film;
 mod fonts;
 mod kernel;
@@ -10,7 +13,6 @@ mod mask;
 mod mesh;
 mod preset;
 mod scene;
-#[cfg(feature = "gpu")]
 mod shaders;
 mod shape;
 mod text;

@@ -6,7 +6,7 @@ use glyphlight::scene::mesh::{Mesh, MeshProblem, Triangles};
 use std::path::{Path, PathBuf};
 
 fn data() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/scenes")
 }
 
 fn folder(path: &Path) -> Folder {

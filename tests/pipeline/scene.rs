@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 /// The scene file of the README: it works as it stands.
-const PUBLISHED: &str = r#"
+pub const PUBLISHED: &str = r#"
 [camera]
 position = [1.5, 3.0, 6.5]
 look_at = [0.0, 0.2, 0.8]          # up = [0, 1, 0]
@@ -39,7 +39,7 @@ fn folder() -> tempfile::TempDir {
     let inner = dir.path().join("scene");
     std::fs::create_dir_all(inner.join("textures")).unwrap();
     let data = Path::new(env!("CARGO_MANIFEST_DIR"));
-    std::fs::copy(data.join("tests/data/shelf.glb"), inner.join("shelf.glb")).unwrap();
+    std::fs::copy(data.join("tests/data/scenes/shelf.glb"), inner.join("shelf.glb")).unwrap();
     std::fs::copy(data.join("fonts/DejaVuSans.ttf"), inner.join("own.ttf")).unwrap();
     let mut picture = image::RgbaImage::new(2, 1);
     picture.put_pixel(0, 0, image::Rgba([255, 128, 0, 255]));
