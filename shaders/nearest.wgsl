@@ -1,5 +1,5 @@
 // The triangle that a camera ray meets first. The rasteriser snaps corners to fractions of a pixel, so its answer is taken
-// where the triangle covers the pixels around as well; elsewhere the ray is traced through the boxes of
+// where the triangle covers the four pixels beside as well; elsewhere the ray is traced through the boxes of
 // src/backend/gpu/boxes.rs. Either way the hit itself is that of the CPU.
 
 struct Nearest {
@@ -13,12 +13,11 @@ struct Nearest {
 fn nearest_at(tile_pixel: vec2u, direction: vec3f) -> Nearest {
     let middle = vec2i(tile_pixel) + 1;
     let seen = textureLoad(visibility, middle, 0).x;
-    var alone = true;
-    for (var y = -1; y <= 1; y++) {
-        for (var x = -1; x <= 1; x++) {
-            alone = alone && textureLoad(visibility, middle + vec2i(x, y), 0).x == seen;
-        }
-    }
+    // A triangle is convex: one that covers these four covers the pixel well inside.
+    let alone = textureLoad(visibility, middle - vec2i(1, 0), 0).x == seen
+        && textureLoad(visibility, middle + vec2i(1, 0), 0).x == seen
+        && textureLoad(visibility, middle - vec2i(0, 1), 0).x == seen
+        && textureLoad(visibility, middle + vec2i(0, 1), 0).x == seen;
     let none = Nearest(0u, Hit(-1.0, 0.0, 0.0));
     if alone && seen == 0u {
         return none;

@@ -31,26 +31,38 @@ struct SurfacePoint {
 
 // The direction (not unit) of the camera ray through a pixel; `offset` 0..1 from its upper left corner.
 fn ray_direction(pixel: vec2u, offset: vec2f) -> vec3f {
-    let at = (vec2f(pixel) + offset) / vec2f(frame.picture) * 2.0;
+    let at = (vec2f(pixel) + offset) * frame.steps;
     return frame.rays.forward.xyz + frame.rays.right.xyz * (at.x - 1.0) + frame.rays.up.xyz * (1.0 - at.y);
+}
+
+// Products whose sums are taken as Rust takes them: the built-in ones may take another order, and round otherwise.
+fn dot_in_order(a: vec3f, b: vec3f) -> f32 {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+fn cross_in_order(a: vec3f, b: vec3f) -> vec3f {
+    return vec3f(a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y);
 }
 
 // The ray from the origin along `direction` against a triangle grown by SEAM, both sides (Moeller, Trumbore 1997).
 fn intersect(index: u32, direction: vec3f) -> Hit {
     let e1 = triangles[index].e1.xyz;
     let e2 = triangles[index].e2.xyz;
-    let p = cross(direction, e2);
-    let det = dot(e1, p);
+    let p = cross_in_order(direction, e2);
+    let det = dot_in_order(e1, p);
     if det == 0.0 {
         return Hit(-1.0, 0.0, 0.0);
     }
     let start = -triangles[index].p0.xyz;
-    let u = dot(start, p) / det;
-    let q = cross(start, e1);
-    let v = dot(direction, q) / det;
-    let t = dot(e2, q) / det;
-    let inside = u >= -SEAM && v >= -SEAM && u + v <= 1.0 + SEAM && t > 0.0;
-    return Hit(select(-1.0, t, inside), u, v);
+    let q = cross_in_order(start, e1);
+    // Inside or not is decided before any division, whose rounding differs between processors.
+    let u = dot_in_order(start, p) * sign(det);
+    let v = dot_in_order(direction, q) * sign(det);
+    let t = dot_in_order(e2, q) * sign(det);
+    let size = abs(det);
+    let seam = SEAM * size;
+    let inside = u >= -seam && v >= -seam && u + v <= size + seam && t > 0.0;
+    return Hit(select(-1.0, t / size, inside), u / size, v / size);
 }
 
 // The point where `direction` meets a triangle, with its material and textures looked up.

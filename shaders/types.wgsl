@@ -16,10 +16,12 @@ struct Frame {
     tile_origin: vec2u,
     tile_size: vec2u,
     offset: vec2f,
+    steps: vec2f,
     tolerance: f32,
     emitters: u32,
     boxes: u32,
     lights: u32,
+    pad: vec2u,
 }
 
 struct SurfaceTriangle {

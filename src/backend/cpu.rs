@@ -5,7 +5,7 @@ use super::prepared::Prepared;
 use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique};
 use crate::brdf::ltc::Table;
 use crate::kernel::frame::ShadingFrame;
-use crate::kernel::surface::{Hit, SurfacePoint, intersect, surface_point};
+use crate::kernel::surface::{Hit, SEAM, SurfacePoint, SurfaceTriangle, intersect, surface_point};
 use crate::scene::Scene;
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -28,9 +28,13 @@ pub struct Surfaces<'a> {
 impl<'a> Surfaces<'a> {
     /// Builds the bounding volume hierarchy.
     pub fn new(prepared: &'a Prepared) -> Self {
-        let corners = |t: &crate::kernel::surface::SurfaceTriangle| {
-            let p = Vec3A::from(t.p0.truncate());
-            Triangle { v0: p, v1: p + Vec3A::from(t.e1.truncate()), v2: p + Vec3A::from(t.e2.truncate()) }
+        let corners = |t: &SurfaceTriangle| {
+            // Grown as far as a hit may lie outside, and twice that for the rounding of the boxes.
+            let seam = 2.0 * SEAM;
+            let (e1, e2) = (Vec3A::from(t.e1.truncate()), Vec3A::from(t.e2.truncate()));
+            let p = Vec3A::from(t.p0.truncate()) - (e1 + e2) * seam;
+            let grow = 1.0 + 3.0 * seam;
+            Triangle { v0: p, v1: p + e1 * grow, v2: p + e2 * grow }
         };
         let triangles: Vec<_> = prepared.triangles.iter().map(corners).collect();
         let mut elapsed = core::time::Duration::ZERO;

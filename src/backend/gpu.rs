@@ -16,7 +16,7 @@ use super::prepared::{self, Prepared};
 use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique};
 use crate::scene::Scene;
 use boxes::Boxes;
-use buffers::{SceneBuffers, read_back, storage, target};
+use buffers::{Readback, SceneBuffers, storage, target};
 use bytemuck::Zeroable;
 use device::Device;
 use glam::UVec2;
@@ -82,7 +82,7 @@ impl GpuBackend {
         let device = &self.device;
         let buffers = SceneBuffers::new(device, None, &Boxes::new(&[]), &Emitters::new(emitters))?;
         let scene = self.layouts.bind_scene(device, &buffers);
-        let bytes = size_of_val(points) as u64 / size_of::<MeterPoint>() as u64 * size_of::<Reading>() as u64;
+        let bytes = points.len() as u64 * size_of::<Reading>() as u64;
         let readings = target(device, "readings", bytes)?;
         let meter = self.layouts.bind_meter(device, &storage(device, "points", points)?, &readings);
         let pipeline = self.layouts.meter_pipeline(device);
@@ -95,7 +95,7 @@ impl GpuBackend {
         pass.dispatch_workgroups(points.len().div_ceil(METER_GROUP) as u32, 1, 1);
         drop(pass);
         device.queue.submit([encoder.finish()]);
-        read_back(device, &readings, bytes)
+        Readback::new(device, bytes).read(device, &readings, points.len() as u64, <[Reading]>::to_vec)
     }
 }
 
@@ -117,13 +117,14 @@ impl Backend for GpuBackend {
         let frame = Frame {
             rays: prepared.rays,
             picture,
+            steps: settings.steps().into(),
             tolerance: settings.tolerance,
             emitters: prepared.emitters.len() as u32,
             boxes: boxes.boxes.len() as u32,
             lights: scene.lights.len() as u32,
             ..Frame::zeroed()
         };
-        let counters = u64::from(SKIP_ROWS) * scene.lights.len() as u64 * SKIP_REASONS as u64;
+        let counters = u64::from(SKIP_ROWS) * scene.lights.len().max(1) as u64 * SKIP_REASONS as u64;
         let triangles = prepared.triangles.len() as u32;
         let painter = Painter::new(&self.device, &self.layouts, pipelines, buffers, &frame, triangles, counters)?;
         self.device.wait()?;
@@ -131,18 +132,20 @@ impl Backend for GpuBackend {
         let mut pixels = vec![Shaded::default(); settings.width as usize * settings.height as usize];
         let (mut shaded, mut nodes) = (0, 0);
         for tile in Tile::all(picture) {
-            let painted = painter.paint(tile, &frame, &prepared.offsets)?;
-            for (row, y) in painted.chunks(tile.size.x as usize).zip(tile.origin.y..) {
-                for (pixel, x) in row.iter().zip(tile.origin.x..) {
-                    let sum = &mut pixels[y as usize * settings.width as usize + x as usize];
-                    *sum = Shaded { diffuse: pixel.diffuse, specular: pixel.specular, coverage: pixel.shaded() as f32 };
-                    sum.scale(1.0 / settings.samples as f32);
-                    shaded += u64::from(pixel.shaded());
-                    nodes += pixel.visited();
+            painter.paint(tile, &frame, &prepared.offsets, |painted| {
+                for (row, y) in painted.chunks(tile.size.x as usize).zip(tile.origin.y..) {
+                    let first = y as usize * settings.width as usize + tile.origin.x as usize;
+                    for (pixel, sum) in row.iter().zip(&mut pixels[first..]) {
+                        let coverage = pixel.shaded() as f32;
+                        *sum = Shaded { diffuse: pixel.diffuse, specular: pixel.specular, coverage };
+                        sum.scale(1.0 / settings.samples as f32);
+                        shaded += u64::from(pixel.shaded());
+                        nodes += pixel.visited();
+                    }
                 }
-            }
+            })?;
         }
-        let skips = painter.skips(counters)?;
+        let skips = painter.skips()?;
         watch.lap("shading");
         let film = super::compose(scene, &prepared, &surfaces, settings, &pixels);
         watch.lap("lights in view");

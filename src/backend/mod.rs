@@ -162,12 +162,18 @@ impl Settings {
         if tolerance.is_finite() && tolerance > 0.0 { Ok(()) } else { Err(BackendError::Tolerance(tolerance)) }
     }
 
+    /// Width and height of a pixel where the picture is −1..1. Multiplied with, not divided by, so that every processor finds
+    /// the same rays.
+    #[inline]
+    fn steps(&self) -> [f32; 2] {
+        [2.0 / self.width as f32, 2.0 / self.height as f32]
+    }
+
     /// The direction (not unit) of the camera ray through a pixel; `offset` 0..1 from its upper left corner.
     #[inline]
     fn direction(&self, rays: &Rays, x: u32, y: u32, offset: [f32; 2]) -> Vec3 {
-        let ndc_x = (x as f32 + offset[0]) / self.width as f32 * 2.0 - 1.0;
-        let ndc_y = 1.0 - (y as f32 + offset[1]) / self.height as f32 * 2.0;
-        rays.direction(ndc_x, ndc_y)
+        let [step_x, step_y] = self.steps();
+        rays.direction((x as f32 + offset[0]) * step_x - 1.0, 1.0 - (y as f32 + offset[1]) * step_y)
     }
 }
 

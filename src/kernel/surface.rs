@@ -142,11 +142,12 @@ pub fn intersect(triangle: &SurfaceTriangle, direction: Vec3) -> Option<Hit> {
         return None;
     }
     let from = -triangle.p0.truncate();
-    let u = from.dot(p) / det;
     let q = from.cross(e1);
-    let v = direction.dot(q) / det;
-    let t = e2.dot(q) / det;
-    (u >= -SEAM && v >= -SEAM && u + v <= 1.0 + SEAM && t > 0.0).then_some(Hit { t, u, v })
+    // Inside or not is decided before any division, whose rounding differs between processors.
+    let (u, v, t) = (from.dot(p) * det.signum(), direction.dot(q) * det.signum(), e2.dot(q) * det.signum());
+    let det = det.abs();
+    let seam = SEAM * det;
+    (u >= -seam && v >= -seam && u + v <= det + seam && t > 0.0).then(|| Hit { t: t / det, u: u / det, v: v / det })
 }
 
 /// The point where `direction` meets a triangle, with its material and textures looked up.

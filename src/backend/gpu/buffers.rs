@@ -79,20 +79,43 @@ fn check_size(device: &Device, what: &'static str, needed: u64) -> Result<(), Ba
     Ok(())
 }
 
-/// Waits for the queue and reads the first `bytes` of a buffer.
-pub fn read_back<T: Pod>(device: &Device, buffer: &Buffer, bytes: u64) -> Result<Vec<T>, BackendError> {
-    let staging = device.device.create_buffer(&BufferDescriptor {
-        label: Some("read back"),
-        size: bytes,
-        usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    });
-    let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
-    device.queue.submit([encoder.finish()]);
-    // A failure shows when the range is asked for.
-    staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
-    device.wait()?;
-    let view = staging.slice(..).get_mapped_range().map_err(|e| BackendError::Device(e.to_string()))?;
-    Ok(bytemuck::pod_collect_to_vec(&view))
+/// A way back from the device for up to `bytes` at a time.
+pub struct Readback {
+    staging: Buffer,
+}
+
+impl Readback {
+    /// Makes room.
+    pub fn new(device: &Device, bytes: u64) -> Self {
+        let staging = device.device.create_buffer(&BufferDescriptor {
+            label: Some("read back"),
+            size: bytes,
+            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Self { staging }
+    }
+
+    /// Waits for the queue and shows the first `count` elements of a buffer to `look`.
+    pub fn read<T: Pod, R>(
+        &self,
+        device: &Device,
+        buffer: &Buffer,
+        count: u64,
+        look: impl FnOnce(&[T]) -> R,
+    ) -> Result<R, BackendError> {
+        let bytes = count * size_of::<T>() as u64;
+        let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &self.staging, 0, bytes);
+        device.queue.submit([encoder.finish()]);
+        let slice = self.staging.slice(..bytes);
+        // A failure shows when the range is asked for.
+        slice.map_async(wgpu::MapMode::Read, |_| {});
+        device.wait()?;
+        let view = slice.get_mapped_range().map_err(|e| BackendError::Device(e.to_string()))?;
+        let result = look(bytemuck::cast_slice(&view));
+        drop(view);
+        self.staging.unmap();
+        Ok(result)
+    }
 }

@@ -23,14 +23,18 @@ pub struct Frame {
     pub tile_size: UVec2,
     /// The sample's place in its pixel, 0..1, y down.
     pub offset: Vec2,
+    /// Width and height of a pixel where the picture is −1..1.
+    pub steps: Vec2,
     /// Largest error per light and lobe, W·sr⁻¹·m⁻².
     pub tolerance: f32,
     /// Number of emitters.
     pub emitters: u32,
     /// Number of boxes.
     pub boxes: u32,
-    /// Number of lights that have emitters or not.
+    /// Number of lights.
     pub lights: u32,
+    /// To the size WGSL gives the struct.
+    pub pad: UVec2,
 }
 
 /// An emission. The axes and the middle are those of its tree's square.

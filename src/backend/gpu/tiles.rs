@@ -1,6 +1,6 @@
 //! The picture in tiles: what is drawn for each, and what comes back.
 
-use super::buffers::{SceneBuffers, read_back, target};
+use super::buffers::{Readback, SceneBuffers, target};
 use super::device::Device;
 use super::layout::{Frame, Pixel};
 use super::pipelines::{DEPTH_FORMAT, Layouts, Pipelines, VISIBILITY_FORMAT};
@@ -56,11 +56,13 @@ pub struct Painter<'a> {
     depth: TextureView,
     pixels: Buffer,
     skips: Buffer,
+    counters: u64,
+    readback: Readback,
     triangles: u32,
 }
 
 impl<'a> Painter<'a> {
-    /// For the tiles of a picture with that many skip counters.
+    /// For the tiles of a picture with that many skip counters, at least one.
     pub fn new(
         device: &'a Device,
         layouts: &Layouts,
@@ -71,18 +73,39 @@ impl<'a> Painter<'a> {
         counters: u64,
     ) -> Result<Self, BackendError> {
         let size = frame.picture.min(UVec2::splat(TILE));
-        let pixels = target(device, "pixels", u64::from(size.x * size.y) * size_of::<Pixel>() as u64)?;
-        let skips = target(device, "skip counters", (counters * 8).max(8))?;
+        let bytes = u64::from(size.x * size.y) * size_of::<Pixel>() as u64;
+        let pixels = target(device, "pixels", bytes)?;
+        let skips = target(device, "skip counters", counters * 8)?;
+        let readback = Readback::new(device, bytes.max(counters * 8));
         let visibility = texture(device, size, VISIBILITY_FORMAT, TextureUsages::TEXTURE_BINDING);
         let depth = texture(device, size, DEPTH_FORMAT, TextureUsages::empty());
         let scene = layouts.bind_scene(device, &buffers);
         let tile = layouts.bind_tile(device, &visibility, &pixels, &skips);
         device.check()?;
-        Ok(Self { device, pipelines, buffers, scene, tile, visibility, depth, pixels, skips, triangles })
+        Ok(Self {
+            device,
+            pipelines,
+            buffers,
+            scene,
+            tile,
+            visibility,
+            depth,
+            pixels,
+            skips,
+            counters,
+            readback,
+            triangles,
+        })
     }
 
-    /// Draws all samples of a tile and reads its pixels back, row by row.
-    pub fn paint(&self, tile: Tile, frame: &Frame, offsets: &[[f32; 2]]) -> Result<Vec<Pixel>, BackendError> {
+    /// Draws all samples of a tile and shows its pixels, row by row, to `look`.
+    pub fn paint(
+        &self,
+        tile: Tile,
+        frame: &Frame,
+        offsets: &[[f32; 2]],
+        look: impl FnOnce(&[Pixel]),
+    ) -> Result<(), BackendError> {
         for (sample, &offset) in offsets.iter().enumerate() {
             let frame = Frame {
                 raster: tile.raster(frame.picture, offset),
@@ -104,12 +127,12 @@ impl<'a> Painter<'a> {
             polled.map_err(|e| BackendError::Device(e.to_string()))?;
             self.device.check()?;
         }
-        read_back(self.device, &self.pixels, u64::from(tile.size.x * tile.size.y) * size_of::<Pixel>() as u64)
+        self.readback.read(self.device, &self.pixels, u64::from(tile.size.x * tile.size.y), look)
     }
 
     /// The skip counters of all rows.
-    pub fn skips(&self, counters: u64) -> Result<Vec<u64>, BackendError> {
-        read_back(self.device, &self.skips, counters * 8)
+    pub fn skips(&self) -> Result<Vec<u64>, BackendError> {
+        self.readback.read(self.device, &self.skips, self.counters, <[u64]>::to_vec)
     }
 
     fn draw(&self, encoder: &mut CommandEncoder, tile: Tile) {
