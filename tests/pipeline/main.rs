@@ -13,6 +13,7 @@ mod mask;
 mod mesh;
 mod preset;
 mod scene;
+#[cfg(feature = "gpu")]
 mod shaders;
 mod shape;
 mod text;
