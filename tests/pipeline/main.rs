@@ -14,6 +14,7 @@ mod mesh;
 mod painter;
 mod preset;
 mod scene;
+#[cfg(feature = "gpu")]
 mod shaders;
 mod shape;
 mod svg;
