@@ -14,7 +14,6 @@ mod mesh;
 mod painter;
 mod preset;
 mod scene;
-#[cfg(feature = "gpu")]
 mod shaders;
 mod shape;
 mod svg;
