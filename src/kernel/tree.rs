@@ -185,7 +185,7 @@ pub struct Budget {
 }
 
 /// Bounds that may add up, in tolerances, before the next node's share is a quarter.
-pub const SLACK: f32 = 4.0;
+pub const SLACK: f32 = 1.0;
 
 impl Default for Budget {
     fn default() -> Self {
