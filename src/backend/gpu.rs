@@ -131,7 +131,7 @@ impl Backend for GpuBackend {
         watch.lap("upload");
         let mut pixels = vec![Shaded::default(); settings.width as usize * settings.height as usize];
         let (mut shaded, mut nodes) = (0, 0);
-        for tile in Tile::all(picture) {
+        for tile in Tile::all(&frame) {
             painter.paint(tile, &frame, &prepared.offsets, |painted| {
                 for (row, y) in painted.chunks(tile.size.x as usize).zip(tile.origin.y..) {
                     let first = y as usize * settings.width as usize + tile.origin.x as usize;

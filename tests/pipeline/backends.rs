@@ -21,6 +21,7 @@ use glyphlight::light::{AreaLight, Layer, Placement};
 use glyphlight::scene::surface::plane;
 use glyphlight::scene::{Camera, Material, Scene, Texture, Triangle, Vertex};
 use glyphlight::shape::{CubicBez, Shape};
+use std::io::Write;
 use std::sync::OnceLock;
 
 /// The GPU, or `None` with a loud line where there is none. With `CI` or `GLYPHLIGHT_REQUIRE_GPU` set that is a failure.
@@ -31,7 +32,8 @@ fn gpu() -> Option<&'static GpuBackend> {
         Err(error) => {
             let required = ["CI", "GLYPHLIGHT_REQUIRE_GPU"].iter().any(|name| std::env::var_os(name).is_some());
             assert!(!required, "a GPU is required here: {error}");
-            eprintln!("SKIPPED: the GPU backend was NOT tested: {error}");
+            // Past the harness, which keeps what a passing test prints to itself.
+            writeln!(std::io::stderr(), "SKIPPED: the GPU backend was NOT tested: {error}").unwrap();
             None
         }
     }

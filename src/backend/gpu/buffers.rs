@@ -49,7 +49,7 @@ impl SceneBuffers {
 
 /// Uploads an array for reading. An empty one becomes one element of zeros, which nothing reads.
 pub fn storage<T: Pod>(device: &Device, what: &'static str, data: &[T]) -> Result<Buffer, BackendError> {
-    check_size(device, what, size_of_val(data) as u64)?;
+    device.check_size(what, size_of_val(data) as u64)?;
     let zero = [T::zeroed()];
     let contents = bytemuck::cast_slice(if data.is_empty() { &zero } else { data });
     Ok(device.device.create_buffer_init(&BufferInitDescriptor {
@@ -61,22 +61,13 @@ pub fn storage<T: Pod>(device: &Device, what: &'static str, data: &[T]) -> Resul
 
 /// A zeroed array to write and to read back.
 pub fn target(device: &Device, what: &'static str, bytes: u64) -> Result<Buffer, BackendError> {
-    check_size(device, what, bytes)?;
+    device.check_size(what, bytes)?;
     Ok(device.device.create_buffer(&BufferDescriptor {
         label: Some(what),
         size: bytes,
         usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
         mapped_at_creation: false,
     }))
-}
-
-fn check_size(device: &Device, what: &'static str, needed: u64) -> Result<(), BackendError> {
-    let limits = device.device.limits();
-    let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-    if needed > limit {
-        return Err(BackendError::TooLarge { what, needed, limit, adapter: device.adapter.clone() });
-    }
-    Ok(())
 }
 
 /// A way back from the device for up to `bytes` at a time.

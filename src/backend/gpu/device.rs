@@ -27,7 +27,7 @@ impl Device {
     /// Opens the best adapter of the wanted kind, with all that it allows.
     pub fn open(choice: AdapterChoice) -> Result<Self, BackendError> {
         let instance = Instance::new(InstanceDescriptor::new_without_display_handle());
-        let mut adapters = pollster::block_on(instance.enumerate_adapters(Backends::all()));
+        let mut adapters = pollster::block_on(instance.enumerate_adapters(Backends::PRIMARY));
         let seen: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
         adapters.retain(|a| choice == AdapterChoice::Any || rank(&a.get_info()) < SOFTWARE);
         adapters.sort_by_key(|a| rank(&a.get_info()));
@@ -78,6 +78,16 @@ impl Device {
         }
     }
 
+    /// Whether a storage buffer may have that size.
+    pub fn check_size(&self, what: &'static str, needed: u64) -> Result<(), BackendError> {
+        let limits = self.device.limits();
+        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        if needed > limit {
+            return Err(BackendError::TooLarge { what, needed, limit, adapter: self.adapter.clone() });
+        }
+        Ok(())
+    }
+
     /// Waits until the queue is idle.
     pub fn wait(&self) -> Result<(), BackendError> {
         let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
@@ -102,5 +112,31 @@ fn rank(info: &AdapterInfo) -> u32 {
         DeviceType::VirtualGpu => 2,
         DeviceType::Other => 3,
         DeviceType::Cpu => SOFTWARE,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn a_buffer_beyond_the_limit_is_refused() {
+        let device = match Device::open(AdapterChoice::Any) {
+            Ok(device) => device,
+            Err(error) => {
+                let required = ["CI", "GLYPHLIGHT_REQUIRE_GPU"].iter().any(|name| std::env::var_os(name).is_some());
+                assert!(!required, "a GPU is required here: {error}");
+                writeln!(std::io::stderr(), "SKIPPED: the GPU's limits were NOT tested: {error}").unwrap();
+                return;
+            }
+        };
+        let limits = device.device.limits();
+        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        assert!(device.check_size("triangles", limit).is_ok());
+        let refused = device.check_size("triangles", limit + 1);
+        assert!(
+            matches!(refused, Err(BackendError::TooLarge { what: "triangles", needed, .. }) if needed == limit + 1)
+        );
     }
 }

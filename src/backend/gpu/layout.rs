@@ -210,3 +210,14 @@ impl Features {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_counts_beyond_32_bits() {
+        let pixel = Pixel { samples: 3 << 16 | 4096, nodes: 7, ..Pixel::zeroed() };
+        assert_eq!((pixel.shaded(), pixel.visited()), (4096, (3 << 32) + 7));
+    }
+}

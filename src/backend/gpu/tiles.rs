@@ -9,7 +9,11 @@ use glam::{DVec2, UVec2, Vec2, Vec4};
 use wgpu::{BindGroup, Buffer, CommandEncoder, TextureFormat, TextureUsages, TextureView};
 
 /// Longest side of a tile, pixels.
-const TILE: u32 = 1024;
+const LONGEST: u32 = 1024;
+/// Shortest side of a tile, where the picture is not shorter.
+const SHORTEST: u32 = 128;
+/// Pixels times emitters of one dispatch: drivers end those that take seconds.
+const WORK: u32 = 1 << 26;
 /// Pixels around a tile that the G-buffer holds beside it.
 const BORDER: u32 = 1;
 /// Pixels along a side of a workgroup.
@@ -25,11 +29,17 @@ pub struct Tile {
 }
 
 impl Tile {
+    /// The longest side of the tiles of a scene with that many emitters.
+    fn side(emitters: u32) -> u32 {
+        (WORK / emitters.max(1)).isqrt().next_multiple_of(GROUP).clamp(SHORTEST, LONGEST)
+    }
+
     /// The tiles of a picture, row by row.
-    pub fn all(picture: UVec2) -> impl Iterator<Item = Self> {
-        let rows = (0..picture.y).step_by(TILE as usize);
-        rows.flat_map(move |y| (0..picture.x).step_by(TILE as usize).map(move |x| UVec2::new(x, y)))
-            .map(move |origin| Self { origin, size: (picture - origin).min(UVec2::splat(TILE)) })
+    pub fn all(frame: &Frame) -> impl Iterator<Item = Self> {
+        let (picture, side) = (frame.picture, Self::side(frame.emitters));
+        let rows = (0..picture.y).step_by(side as usize);
+        rows.flat_map(move |y| (0..picture.x).step_by(side as usize).map(move |x| UVec2::new(x, y)))
+            .map(move |origin| Self { origin, size: (picture - origin).min(UVec2::splat(side)) })
     }
 
     /// From the picture's −1..1 to the tile's, for a sample that is rasterised at its pixel's centre.
@@ -72,7 +82,7 @@ impl<'a> Painter<'a> {
         triangles: u32,
         counters: u64,
     ) -> Result<Self, BackendError> {
-        let size = frame.picture.min(UVec2::splat(TILE));
+        let size = frame.picture.min(UVec2::splat(Tile::side(frame.emitters)));
         let bytes = u64::from(size.x * size.y) * size_of::<Pixel>() as u64;
         let pixels = target(device, "pixels", bytes)?;
         let skips = target(device, "skip counters", counters * 8)?;
@@ -182,4 +192,28 @@ fn texture(device: &Device, tile: UVec2, format: TextureFormat, usage: TextureUs
         view_formats: &[],
     });
     texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    #[test]
+    fn tiles_cover_the_picture_once() {
+        for (width, height, emitters) in [(1, 1, 0), (1024, 1024, 1), (1025, 300, 64), (700, 3000, 100_000)] {
+            let frame = Frame { picture: UVec2::new(width, height), emitters, ..Frame::zeroed() };
+            let mut covered = vec![0_u8; (width * height) as usize];
+            for tile in Tile::all(&frame) {
+                assert!(tile.size.max_element() <= Tile::side(emitters));
+                for y in tile.origin.y..tile.origin.y + tile.size.y {
+                    for x in tile.origin.x..tile.origin.x + tile.size.x {
+                        covered[(y * width + x) as usize] += 1;
+                    }
+                }
+            }
+            assert!(covered.iter().all(|&n| n == 1));
+        }
+        assert_eq!([0, 64, 1000, u32::MAX].map(Tile::side), [1024, 1024, 264, 128]);
+    }
 }
