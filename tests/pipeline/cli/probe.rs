@@ -50,11 +50,14 @@ fn integrals_are_the_certified_ones() {
 
 const CAMERA: &str = "[camera]\nposition = [0, 1, 5]\nlook_at = [0, 0, 0]\n";
 
-/// What `probe scene` reads at `points`, which hold position, normal, view and alpha: irradiance and specular.
-fn readings(light: &str, points: &[([f64; 3], [f64; 3], [f64; 3], f64)], args: &[&str]) -> Vec<[[f64; 3]; 2]> {
+/// Position, normal, view and alpha.
+type Point = ([f64; 3], [f64; 3], [f64; 3], f64);
+
+/// What `probe scene` reads at `points`: irradiance and specular.
+fn readings(light: &str, points: &[Point], args: &[&str]) -> Vec<[[f64; 3]; 2]> {
     let here = Workdir::new();
     here.write("scene.toml", format!("{CAMERA}[[light]]\n{light}\n"));
-    let point = |(position, normal, view, alpha): &([f64; 3], [f64; 3], [f64; 3], f64)| {
+    let point = |(position, normal, view, alpha): &Point| {
         json!({"position": position, "normal": normal, "view": view, "alpha": alpha}).to_string()
     };
     here.write("points.jsonl", points.iter().map(point).collect::<Vec<_>>().join("\n"));
