@@ -23,7 +23,7 @@ struct Height {
 // From the heights of the map's c0, c1, c2, up to a common positive factor.
 fn height_over(map: CosineMap, form: vec3f) -> Height {
     let reach = 1.0 + abs(map.foot);
-    return Height(form, 2e-6 * (abs(form.x) * reach.x + abs(form.y) * reach.y + abs(form.z)));
+    return Height(form, MARGIN * (abs(form.x) * reach.x + abs(form.y) * reach.y + abs(form.z)));
 }
 
 // The height of a point relative to the foot. Above means > 0; every decision about a shared end point is this very
@@ -85,14 +85,14 @@ fn horizon_plane(map: CosineMap, axis: vec3f, height: Height) -> Horizon {
     return plane;
 }
 
-// Ends the line at `corner`, where it leaves the half-space of `other`.
-fn ending_at(plane_any: Horizon, corner: vec3f, other: vec3f) -> Horizon {
+// Ends the line at `corner`; it goes on upwards from there, or downwards.
+fn ending_at(plane_any: Horizon, corner: vec3f, upwards: bool) -> Horizon {
     var plane = plane_any;
     let place = dot(corner, plane.along);
-    if dot(other, plane.along) < 0.0 {
-        plane.high = place;
-    } else {
+    if upwards {
         plane.low = place;
+    } else {
+        plane.high = place;
     }
     return plane;
 }
@@ -125,11 +125,12 @@ fn clip_light(map: CosineMap, axis_any: vec3f, center: vec2f, half: vec2f) -> Cl
             // The corner lies on the line common to both planes, through the origin: one point for both, so that
             // what one line loses there the other gains, however nearly the planes coincide.
             let ridge = vec3f(-axis.y, axis.x, 0.0);
-            let rate = dot(map.normal, ridge);
-            let away = -map.depth / select(rate, select(1e-30, -1e-30, rate < 0.0), abs(rate) <= 1e-30);
-            let corner = ridge * clamp(away, -1e30, 1e30);
-            clip.first = ending_at(clip.first, corner, axis);
-            clip.second = ending_at(plane, corner, z);
+            // Where the lines are parallel the corner is at infinity, on whichever side leaves the right part of each.
+            let rate_any = dot(map.normal, ridge);
+            let rate = select(rate_any, select(1e-30, -1e-30, rate_any < 0.0), abs(rate_any) <= 1e-30);
+            let corner = ridge * clamp(-map.depth / rate, -1e30, 1e30);
+            clip.first = ending_at(clip.first, corner, rate > 0.0);
+            clip.second = ending_at(plane, corner, rate < 0.0);
         }
         clip.planes += 1u;
     }

@@ -27,6 +27,8 @@ fn add_light(pixel: u32, point: SurfacePoint, row: u32) {
     var visited = 0u;
     // Behind, below the horizon, without such a lobe.
     var skipped = vec3u();
+    // One budget for all lights and lobes: it is the picture that is within the tolerance.
+    var budget = Budget(0.0, 1.0);
     for (var i = 0u; i < frame.emitters; i++) {
         let emitter = emitters[i];
         let images = light_images(shading, emitter, point.position);
@@ -47,7 +49,7 @@ fn add_light(pixel: u32, point: SurfacePoint, row: u32) {
                     skipped.z += 1u;
                     continue;
                 }
-                let gathered = gather(emitter, images, lobe, frame.tolerance / brightest);
+                let gathered = gather(emitter, images, lobe, frame.tolerance / brightest, &budget);
                 sums[k] += weight * gathered.value;
                 visited += gathered.visited;
                 skipped.x += u32(gathered.skip == SKIP_BEHIND);

@@ -16,7 +16,8 @@ fn read_meter(@builtin(global_invocation_id) id: vec3u) {
             if k == 1u {
                 lobe = ltc_lobe(point.alpha, shading.cos_theta);
             }
-            gathered[k] = gather(emitter, images, lobe, point.tolerance);
+            var budget = Budget(0.0, 1.0);
+            gathered[k] = gather(emitter, images, lobe, point.tolerance, &budget);
         }
     }
     readings[id.x] = Reading(gathered[0].value, gathered[1].value, gathered[0].visited, gathered[1].visited);

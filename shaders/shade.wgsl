@@ -54,7 +54,13 @@ fn is_behind(emitter: Emitter, images: Images) -> bool {
 }
 
 // The clamped-cosine integral over an emission, of a lobe clipped at both horizons.
-fn gather(emitter: Emitter, images: Images, lobe: Lobe, tolerance: f32) -> Gathered {
+fn gather(
+    emitter: Emitter,
+    images: Images,
+    lobe: Lobe,
+    tolerance: f32,
+    budget: ptr<function, Budget>,
+) -> Gathered {
     let map = cosine_map(images, lobe);
     if map.depth == 0.0 {
         return Gathered(0.0, 0u, SKIP_BEHIND);
@@ -64,6 +70,6 @@ fn gather(emitter: Emitter, images: Images, lobe: Lobe, tolerance: f32) -> Gathe
     if clip.below {
         return Gathered(0.0, 0u, SKIP_BELOW_HORIZON);
     }
-    let integral = tree_integral(map, clip, emitter, tolerance);
+    let integral = tree_integral(map, clip, emitter, tolerance, budget);
     return Gathered(max(select(integral.value, -integral.value, images.front < 0.0), 0.0), integral.visited, SKIP_NONE);
 }

@@ -1,7 +1,5 @@
 // The walk over the chord-moment tree. Twin of src/kernel/tree.rs, which explains it; the kinds of node come from there.
 
-// Halvings of a cubic at the leaf before it is taken for its chord.
-const DEEPEST: u32 = 20u;
 const INFINITE_BOUND: f32 = 3e38;
 
 const PLACE_ABOVE: u32 = 0u;
@@ -49,6 +47,24 @@ fn remainder_bound(e: Expansion, area: f32, place: u32, piece: bool) -> f32 {
     let gap2 = gap * gap;
     let above = select((20.0 * e.dir.z + 10.0) * e.s2 * s, (10.0 * e.dir.z + 4.0) * e.s2, piece);
     return abs(e.scale) * area * select(clamp(e.dir.z + s, 0.0, 1.0), above, place == PLACE_ABOVE) / (gap2 * gap2);
+}
+
+// What the tolerance still allows at one shading point: the sum of the accepted bounds, and the largest bound that the next
+// node may have, both in tolerances.
+struct Budget {
+    spent: f32,
+    share: f32,
+}
+
+// Whether a node with this error bound need not be refined; if so, its bound is spent.
+fn budget_accept(budget: ptr<function, Budget>, bound: f32, tolerance: f32) -> bool {
+    if bound <= tolerance * (*budget).share {
+        (*budget).spent += bound / tolerance;
+        let left = SLACK / (SLACK + (*budget).spent);
+        (*budget).share = left * left;
+        return true;
+    }
+    return false;
 }
 
 // k*m0 + grad k*m1 + 1/2 H:m2.
@@ -177,12 +193,18 @@ fn cubic_tangent(c: Cubic, t: f32) -> vec2f {
 }
 
 // The clamped-cosine integral of an emission over the hemisphere that `clip` leaves, signed: positive in front of
-// the light (map.depth > 0), negative behind. Nodes whose error bound is below `tolerance` are not refined.
+// the light (map.depth > 0), negative behind. Nodes whose error bound is within their share of `tolerance` are not refined.
 //
 // Nodes and the pieces of a refined cubic leaf take turns in one loop, so that invocations of which some are inside a leaf
 // stay together. A piece is its chord plus the sliver's area times the kernel at the sliver's centroid (0.4 of the sagitta
 // off the chord).
-fn tree_integral(map: CosineMap, clip: Clip, emitter: Emitter, tolerance: f32) -> Integral {
+fn tree_integral(
+    map: CosineMap,
+    clip: Clip,
+    emitter: Emitter,
+    tolerance: f32,
+    budget: ptr<function, Budget>,
+) -> Integral {
     var contour = 0.0;
     var region = 0.0;
     var visited = 0u;
@@ -230,7 +252,10 @@ fn tree_integral(map: CosineMap, clip: Clip, emitter: Emitter, tolerance: f32) -
         let kind = link & ~LINK_MASK;
         let place = box_place(clip, center, half);
         let e = expansion_about(map, center, half);
-        let accept = remainder_bound(e, abs(area), place, piece) <= tolerance;
+        var accept = false;
+        if kind != SEGMENT && place < PLACE_BELOW {
+            accept = budget_accept(budget, remainder_bound(e, abs(area), place, piece), tolerance);
+        }
         if !accept && kind != SEGMENT && place < PLACE_BELOW && level < DEEPEST {
             if piece {
                 level += 1u;

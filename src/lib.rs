@@ -17,3 +17,7 @@ pub mod light;
 pub mod outline;
 pub mod scene;
 pub mod shape;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

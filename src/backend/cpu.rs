@@ -6,6 +6,7 @@ use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stat
 use crate::brdf::ltc::Table;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::surface::{Hit, SEAM, SurfacePoint, SurfaceTriangle, intersect, surface_point};
+use crate::kernel::tree::Budget;
 use crate::scene::Scene;
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -155,6 +156,7 @@ fn shade(
     let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
     let reflectance = point.reflectance(table, frame.cos_theta as f32);
     let [mut diffuse, mut specular] = [Vec3::ZERO; 2];
+    let mut budget = Budget::default();
     for emitter in &prepared.emitters {
         let stats = &mut counters.lights[emitter.light];
         stats.candidates += 2;
@@ -178,7 +180,7 @@ fn shade(
                 Technique::Tree => settings.tolerance / brightest,
                 Technique::Exact => 0.0,
             };
-            match images.integral(emitter, lobe, tolerance, settings.technique) {
+            match images.integral(emitter, lobe, tolerance, &mut budget, settings.technique) {
                 Ok(integral) => {
                     counters.integrals += 1;
                     counters.nodes += u64::from(integral.visited);

@@ -35,7 +35,7 @@ pub struct Settings {
     pub height: u32,
     /// Samples per pixel, at least 1.
     pub samples: u32,
-    /// Largest error per light and lobe in radiance of the picture, W·sr⁻¹·m⁻².
+    /// Largest error of the picture's radiance by integration, W·sr⁻¹·m⁻², all lights and lobes together.
     pub tolerance: f32,
     /// How integrals are evaluated.
     pub technique: Technique,

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::horizon::Clip;
 use crate::kernel::map::CosineMap;
-use crate::kernel::tree::tree_integral;
+use crate::kernel::tree::{Budget, tree_integral};
 use crate::light::tree::Tree;
 use crate::scene::file;
 use crate::shape::{CubicBez, Shape};
@@ -189,7 +189,7 @@ fn one_sided(c: [DVec3; 3], shape: &Shape, tolerance: f32) -> Result<(f64, u32),
     };
     let root = &tree.nodes[0];
     let Some(clip) = Clip::new(&map, None, root.center - map.foot, root.half) else { return Ok((0.0, 0)) };
-    let integral = tree_integral(&map, &clip, tree.view(), tolerance);
+    let integral = tree_integral(&map, &clip, tree.view(), tolerance, &mut Budget::default());
     Ok((f64::from(integral.value), integral.visited))
 }
 
@@ -235,14 +235,15 @@ fn reading(prepared: &Prepared, settings: &Settings, point: Point) -> Result<Rea
     let lobe = Table::shipped().lobe(point.alpha as f32, frame.cos_theta as f32);
     let position = DVec3::from_array(point.position) - prepared.eye;
     let [mut irradiance, mut specular] = [DVec3::ZERO; 2];
+    let mut budgets = [Budget::default(); 2];
     for emitter in &prepared.emitters {
         let Ok(images) = Images::new(emitter, &frame, position) else { continue };
         let radiance = emitter.radiance.as_dvec3();
         let tolerance = settings.tolerance / emitter.radiance.max_element().max(f32::MIN_POSITIVE);
-        if let Ok(integral) = images.integral(emitter, None, tolerance, settings.technique) {
+        if let Ok(integral) = images.integral(emitter, None, tolerance, &mut budgets[0], settings.technique) {
             irradiance += radiance * (core::f64::consts::PI * integral.value);
         }
-        if let Ok(integral) = images.integral(emitter, Some(&lobe), tolerance, settings.technique) {
+        if let Ok(integral) = images.integral(emitter, Some(&lobe), tolerance, &mut budgets[1], settings.technique) {
             specular += radiance * (f64::from(lobe.magnitude / lobe.above) * integral.value);
         }
     }

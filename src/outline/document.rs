@@ -225,7 +225,7 @@ pub(super) fn inspect(text: &str) -> Result<Findings, SvgError> {
         inspector.check_references(node)?;
         inspector.check_attributes(node)?;
     }
-    let weight = Weigher { ids: &ids, known: HashMap::new() }.weigh(document.root_element(), 1)?;
+    let weight = Weigher { inspector: &inspector, known: HashMap::new() }.weigh(document.root_element(), 1)?;
     if weight.elements > MAX_ELEMENTS {
         return Err(SvgError::TooManyElements { count: weight.elements, limit: MAX_ELEMENTS });
     }
@@ -374,25 +374,24 @@ struct Weight {
 
 /// Adds up what each element will unfold to, without unfolding it.
 struct Weigher<'a, 'd> {
-    ids: &'a HashMap<&'a str, Node<'a, 'd>>,
-    /// `None` while an element is being weighed: a reference back to it is a loop, which usvg leaves out.
+    inspector: &'a Inspector<'a, 'd>,
+    /// `None` while an element is being weighed: a reference back to it is a loop.
     known: HashMap<NodeId, Option<Weight>>,
 }
 
 impl<'a> Weigher<'a, '_> {
     fn weigh(&mut self, node: Node<'a, '_>, depth: usize) -> Result<Weight, SvgError> {
-        const NOTHING: Weight = Weight { elements: 0, depth: 0 };
-        let too_deep = |depth| SvgError::TooDeep { depth, limit: MAX_DEPTH };
-        if depth > MAX_DEPTH {
-            return Err(too_deep(depth));
+        let known = match self.known.get(&node.id()) {
+            Some(None) => return Err(SvgError::Loop { element: self.inspector.label(node) }),
+            Some(&Some(known)) => known,
+            None => Weight { elements: 0, depth: 0 },
+        };
+        let deepest = depth + known.depth.saturating_sub(1);
+        if deepest > MAX_DEPTH {
+            return Err(SvgError::TooDeep { depth: deepest, limit: MAX_DEPTH });
         }
-        if let Some(&known) = self.known.get(&node.id()) {
-            let known = known.unwrap_or(NOTHING);
-            return if depth + known.depth > MAX_DEPTH + 1 {
-                Err(too_deep(depth + known.depth - 1))
-            } else {
-                Ok(known)
-            };
+        if known.elements > 0 {
+            return Ok(known);
         }
         self.known.insert(node.id(), None);
         let mut sum = Weight { elements: 1, depth: 0 };
@@ -411,7 +410,7 @@ impl<'a> Weigher<'a, '_> {
             let times = if marker { vertices + 2 } else { 1 };
             let target = if name == "href" && node.tag_name().name() == "use" { href(node) } else { None };
             for url in urls(attribute.value()).chain(target) {
-                if let Some(&target) = url.strip_prefix('#').and_then(|id| self.ids.get(id)) {
+                if let Some(&target) = url.strip_prefix('#').and_then(|id| self.inspector.ids.get(id)) {
                     add(self.weigh(target, depth + 1)?, times);
                 }
             }

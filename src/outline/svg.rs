@@ -122,6 +122,12 @@ pub enum SvgError {
         /// The limit.
         limit: usize,
     },
+    /// An element is part of what it refers to.
+    #[error("{element} refers to itself")]
+    Loop {
+        /// The element.
+        element: String,
+    },
     /// An entity stands for more than text.
     #[error("entity \"{name}\" stands for markup, another entity or a file, which is not read")]
     Entity {
@@ -192,11 +198,8 @@ pub enum SvgError {
         reason: String,
     },
     /// There is nothing to see.
-    #[error("nothing in it gives light: {reason}")]
-    NothingVisible {
-        /// Why.
-        reason: &'static str,
-    },
+    #[error("nothing is visible: no element covers any of the picture")]
+    NothingVisible,
 }
 
 /// The drawing in the SVG file `bytes`, called `name` in messages, as layers of light.
@@ -224,7 +227,7 @@ fn read(bytes: &[u8], options: &SvgOptions) -> Result<Art, SvgError> {
     let size = options.size;
     let mut art = run("drawing", DRAW_SECONDS, move || walk::draw(&tree, size, findings))?;
     if art.layers.is_empty() {
-        return Err(SvgError::NothingVisible { reason: "no element covers any of the picture" });
+        return Err(SvgError::NothingVisible);
     }
     let curves = art.layers.iter().map(|layer| layer.shape.curves().count()).sum();
     for (what, count, limit) in [("layers", art.layers.len(), MAX_LAYERS), ("curves", curves, MAX_CURVES)] {

@@ -14,6 +14,7 @@ use glyphlight::backend::prepared::{Emitter, Prepared};
 use glyphlight::backend::{Backend, BackendError, Settings, Technique};
 use glyphlight::brdf::ltc::Table;
 use glyphlight::kernel::frame::ShadingFrame;
+use glyphlight::kernel::tree::Budget;
 use glyphlight::light::{AreaLight, Layer, Placement};
 use glyphlight::outline::font::Font;
 use glyphlight::outline::text::{Align, TextStyle, layout};
@@ -95,7 +96,9 @@ fn integrate(emitter: &Emitter, points: &[(DVec3, ShadingFrame)], tolerance: f32
     for (position, frame) in points {
         let Ok(images) = Images::new(emitter, frame, *position) else { continue };
         let lobe = lobes.then(|| table.lobe(0.25, frame.cos_theta as f32));
-        if let Ok(integral) = images.integral(emitter, lobe.as_ref(), tolerance, Technique::Tree) {
+        if let Ok(integral) =
+            images.integral(emitter, lobe.as_ref(), tolerance, &mut Budget::default(), Technique::Tree)
+        {
             sum += integral.value;
         }
     }

@@ -16,6 +16,7 @@ use glyphlight::backend::{Backend, BackendError, Rendering, Settings, Stats, Tec
 use glyphlight::brdf::ltc::Table;
 use glyphlight::film::Film;
 use glyphlight::kernel::frame::ShadingFrame;
+use glyphlight::kernel::tree::Budget;
 use glyphlight::light::{AreaLight, Layer, Placement};
 use glyphlight::scene::surface::plane;
 use glyphlight::scene::{Camera, Material, Scene, Texture, Triangle, Vertex};
@@ -450,6 +451,8 @@ fn on_the_cpu(prepared: &Prepared, point: &MeterPoint) -> [f64; 2] {
     let Ok(images) = Images::new(emitter, &frame, point.position.as_dvec3()) else { return [0.0; 2] };
     let lobe = Table::shipped().lobe(point.alpha, frame.cos_theta as f32);
     [None, Some(&lobe)].map(|lobe| {
-        images.integral(emitter, lobe, point.tolerance, Technique::Tree).map_or(0.0, |gathered| gathered.value)
+        images
+            .integral(emitter, lobe, point.tolerance, &mut Budget::default(), Technique::Tree)
+            .map_or(0.0, |gathered| gathered.value)
     })
 }

@@ -5,12 +5,17 @@ use glam::{DAffine2, DMat2, DMat3, DVec2, DVec3};
 use glyphlight::backend::exact::{ExactMap, exact_integral};
 use glyphlight::kernel::horizon::{Clip, Height, TrueHorizon};
 use glyphlight::kernel::map::CosineMap;
-use glyphlight::kernel::tree::tree_integral;
+use glyphlight::kernel::tree::{Budget, tree_integral};
 use glyphlight::light::tree::Tree;
+use glyphlight::outline::font::Font;
+use glyphlight::outline::text::{TextStyle, layout};
 use glyphlight::shape::{CubicBez, Shape};
 
 fn tree_value(c: [DVec3; 3], horizon: Option<DVec3>, shape: &Shape, tolerance: f32) -> (f32, u32) {
-    let tree = Tree::new(shape).unwrap();
+    walk(c, horizon, &Tree::new(shape).unwrap(), tolerance)
+}
+
+fn walk(c: [DVec3; 3], horizon: Option<DVec3>, tree: &Tree, tolerance: f32) -> (f32, u32) {
     let Some(map) = CosineMap::new(c, tree.center, tree.half) else { return (0.0, 0) };
     if map.depth <= 0.0 {
         return (0.0, 0);
@@ -21,7 +26,7 @@ fn tree_value(c: [DVec3; 3], horizon: Option<DVec3>, shape: &Shape, tolerance: f
     });
     let root = tree.nodes[0];
     let Some(clip) = Clip::new(&map, truth.as_ref(), root.center - map.foot, root.half) else { return (0.0, 0) };
-    let integral = tree_integral(&map, &clip, tree.view(), tolerance);
+    let integral = tree_integral(&map, &clip, tree.view(), tolerance, &mut Budget::default());
     (integral.value, integral.visited)
 }
 
@@ -117,7 +122,7 @@ fn scale_costs_no_digits() {
 type Maker = fn(&mut Rng) -> Placed;
 
 /// The kinds of placement that are known to break integrators.
-const HOSTILE: [(&str, Maker); 6] = [
+const HOSTILE: [(&str, Maker); 7] = [
     ("near an edge", |rng| near(rng, 1.0)),
     ("near the inside", |rng| {
         let inward = rng.unit();
@@ -138,6 +143,14 @@ const HOSTILE: [(&str, Maker); 6] = [
         let o = rng.direction() * rng.log_within(0.1, 3.0);
         let z = -lowest + rng.within(-1.0, 1.0) * 1e-7;
         Placed { c: images(DMat3::IDENTITY, turn, DVec3::new(o.x, o.y, z), 1.0), horizon: None, shape }
+    }),
+    ("the two horizons' lines parallel: the light's normal in the plane of incidence", |rng| {
+        let shape = blob(rng);
+        let turn = DMat3::from_rotation_y(rng.within(-3.0, 3.0));
+        let alpha = rng.log_within(1e-2, 1.0);
+        let m = DMat3::from_rotation_y(rng.within(-1.5, 0.0)) * DMat3::from_diagonal(DVec3::new(alpha, alpha, 1.0));
+        let origin = DVec3::new(rng.within(-1.0, 1.0), rng.within(-0.5, 0.5), rng.within(-0.5, 0.5));
+        Placed { c: images(m.inverse(), turn, origin, 1.0), horizon: Some(m.row(2)), shape }
     }),
     ("near mirror", |rng| {
         let alpha = rng.log_within(1e-4, 1e-2);
@@ -245,6 +258,68 @@ fn s_curves_are_not_dropped() {
                 Placed { c: images(random_lobe(&mut rng), turn, origin, 1.0), horizon: None, shape: shape.clone() };
             let (value, truth) = (placed.tree(tolerance), placed.exact());
             assert!((value - truth).abs() <= f64::from(tolerance) + FLOOR, "{value} for {truth}");
+        }
+    }
+}
+
+/// Lights of many parts: the errors of the parts add up within the tolerance.
+#[test]
+fn many_parts_stay_within_the_tolerance() {
+    let square = |x: u32, y: u32| {
+        let low = DVec2::new(f64::from(x), f64::from(y)) / 20.0 - 1.0;
+        Shape::rectangle(low, low + 0.03)
+    };
+    let mut grid = Shape::default();
+    (0..1600).for_each(|i| grid.append(square(i % 40, i / 40)));
+    let font = Font::bundled("DejaVu Sans").unwrap();
+    let words = "Light in the shape of\nletters falls on every\nfloor that it can see,\nand the farther it is,\nthe softer it becomes.";
+    let text = layout(words, &[font], &TextStyle { size: 0.15, ..TextStyle::default() }).unwrap().shape;
+    for (name, shape) in [("grid", grid), ("text", text)] {
+        let tree = Tree::new(&shape).unwrap();
+        let mut rng = Rng(17);
+        for case in 0..40 {
+            let m_inv = random_lobe(&mut rng);
+            let origin = rng.direction() * rng.log_within(0.1, 3.0);
+            let placed = Placed { c: images(m_inv, turn(&mut rng), origin, 1.0), horizon: None, shape: shape.clone() };
+            let truth = placed.exact();
+            for tolerance in [1e-3_f32, 1e-4, 1e-5] {
+                let value = f64::from(walk(placed.c, None, &tree, tolerance).0);
+                let error = (value - truth).abs();
+                assert!(error <= f64::from(tolerance) + FLOOR, "{name} {case} at {tolerance}: {value} for {truth}");
+            }
+        }
+    }
+}
+
+/// A hole whose box also lies in the box of a smaller outer contour that does not hold it; a contour that crosses itself.
+#[test]
+fn clusters_know_what_they_weigh() {
+    let contour = |points: &[(f64, f64)]| -> Vec<CubicBez> {
+        let p = |i: usize| DVec2::from(points[i % points.len()]);
+        (0..points.len()).map(|i| CubicBez::line(p(i), p(i + 1))).collect()
+    };
+    let ring = contour(&[(-0.3, -1.0), (0.3, -1.0), (0.3, 1.0), (-0.3, 1.0)]);
+    let hole = contour(&[(-0.2, -0.9), (-0.2, -0.4), (0.2, -0.4), (0.2, -0.9)]);
+    let cup = contour(&[
+        (-0.42, -1.1),
+        (0.42, -1.1),
+        (0.42, -0.3),
+        (0.35, -0.3),
+        (0.35, -1.05),
+        (-0.35, -1.05),
+        (-0.35, -0.3),
+        (-0.42, -0.3),
+    ]);
+    let eight = contour(&[(-1.0, -0.5), (1.0, 0.5), (1.0, -0.5), (-1.0, 0.6)]);
+    let shapes = [vec![ring, hole, cup], vec![eight]].map(|c| Shape::from_contours(c).unwrap());
+    let mut rng = Rng(23);
+    for (kind, shape) in shapes.into_iter().enumerate() {
+        for case in 0..400 {
+            let origin = rng.direction() * rng.log_within(0.3, 8.0);
+            let c = images(random_lobe(&mut rng), turn(&mut rng), origin, 1.0);
+            let placed = Placed { c, horizon: None, shape: shape.clone() };
+            let (value, truth) = (placed.tree(1e-5), placed.exact());
+            assert!((value - truth).abs() <= 1e-5 + FLOOR, "{kind} {case}: {value} for {truth}");
         }
     }
 }

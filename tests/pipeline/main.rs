@@ -11,9 +11,11 @@ mod fonts;
 mod kernel;
 mod mask;
 mod mesh;
+mod painter;
 mod preset;
 mod scene;
-#[cfg(feature = "gpu")]
 mod shaders;
 mod shape;
+mod svg;
+mod svg_hostile;
 mod text;

@@ -8,8 +8,8 @@ use tiny_skia::{Color, FillRule as SkiaRule, Paint, PathBuilder, Pixmap, Transfo
 
 /// Pixels along each side of the box.
 const RESOLUTION: f64 = 1024.0;
-/// tiny-skia samples at four heights a pixel; the area is the mean over this many masks, shifted between those.
-const SHIFTS: usize = 4;
+/// tiny-skia samples 4×4 places a pixel; areas are means over pictures shifted by these parts of a pixel.
+pub const SHIFTS: [(f64, f64); 4] = [(0.0, 0.125), (0.0625, 0.0), (0.125, 0.1875), (0.1875, 0.0625)];
 
 /// Coverage of a path, antialiased, over a box of the plane; row 0 holds the lowest y.
 pub struct Mask {
@@ -28,8 +28,8 @@ impl Mask {
         let pixel = DVec2::new(bounds.width(), bounds.height()) / RESOLUTION;
         let size = RESOLUTION as usize + 4;
         let origin = DVec2::new(bounds.x0, bounds.y0) - 2.0 * pixel;
-        let fill = |shift: f64| {
-            let to_pixels = Affine::translate((0.0, shift))
+        let fill = |shift: (f64, f64)| {
+            let to_pixels = Affine::translate(shift)
                 * Affine::scale_non_uniform(1.0 / pixel.x, 1.0 / pixel.y)
                 * Affine::translate((-origin.x, -origin.y));
             let mut map = Pixmap::new(size as u32, size as u32).expect("a mask has pixels");
@@ -41,9 +41,9 @@ impl Mask {
             }
             map.pixels().iter().map(|p| p.alpha()).collect::<Vec<_>>()
         };
-        let masks: Vec<_> = (0..SHIFTS).map(|k| fill(k as f64 / (4.0 * SHIFTS as f64))).collect();
+        let masks: Vec<_> = SHIFTS.into_iter().map(fill).collect();
         let covered: f64 = masks.iter().flatten().map(|&p| f64::from(p) / 255.0).sum();
-        let area = covered / SHIFTS as f64 * pixel.x * pixel.y;
+        let area = covered / SHIFTS.len() as f64 * pixel.x * pixel.y;
         Self { pixels: masks.into_iter().next().expect("there is a mask"), size, origin, pixel, area }
     }
 

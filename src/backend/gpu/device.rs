@@ -27,7 +27,7 @@ impl Device {
     /// Opens the best adapter of the wanted kind, with all that it allows.
     pub fn open(choice: AdapterChoice) -> Result<Self, BackendError> {
         let instance = Instance::new(InstanceDescriptor::new_without_display_handle());
-        let mut adapters = pollster::block_on(instance.enumerate_adapters(Backends::all()));
+        let mut adapters = pollster::block_on(instance.enumerate_adapters(Backends::PRIMARY));
         let seen: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
         adapters.retain(|a| choice == AdapterChoice::Any || rank(&a.get_info()) < SOFTWARE);
         adapters.sort_by_key(|a| rank(&a.get_info()));

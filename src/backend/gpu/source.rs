@@ -2,8 +2,10 @@
 
 use super::layout::BOX_COUNT_BITS;
 use crate::brdf::ltc::{ALPHA_MIN, Table};
+use crate::kernel::horizon::MARGIN;
+use crate::kernel::map::FOOT_LIMIT;
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
-use crate::kernel::tree::{CLUSTER, CUBIC, LINK_MASK, RUN, SEGMENT};
+use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SLACK};
 
 /// Rows of the skip counters: workgroups of different rows do not wait for each other.
 pub const SKIP_ROWS: u32 = 32;
@@ -50,6 +52,7 @@ fn constants() -> String {
         ("RUN", RUN),
         ("SEGMENT", SEGMENT),
         ("CUBIC", CUBIC),
+        ("DEEPEST", DEEPEST),
         ("NO_TEXTURE", NO_TEXTURE),
         ("BOX_COUNT_BITS", BOX_COUNT_BITS),
         ("SKIP_ROWS", SKIP_ROWS),
@@ -57,7 +60,14 @@ fn constants() -> String {
         ("LTC_THETAS", thetas as u32),
     ];
     let mut code: String = unsigned.iter().map(|(name, value)| format!("const {name}: u32 = {value}u;\n")).collect();
-    for (name, value) in [("LTC_ALPHA_MIN", ALPHA_MIN), ("SEAM", SEAM)] {
+    let floats = [
+        ("LTC_ALPHA_MIN", ALPHA_MIN),
+        ("SEAM", SEAM),
+        ("SLACK", SLACK),
+        ("MARGIN", MARGIN),
+        ("FOOT_LIMIT", FOOT_LIMIT as f32),
+    ];
+    for (name, value) in floats {
         code += &format!("const {name}: f32 = {value:e};\n");
     }
     code

@@ -160,3 +160,60 @@ fn counters_add_up() {
         assert!(table.contains(word), "{word} is not in\n{table}");
     }
 }
+
+/// The blocks of the README in one language.
+fn readme(language: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(repository("README.md")).unwrap();
+    let fence = format!("```{language}\n");
+    text.split(&fence).skip(1).map(|rest| rest.split("```").next().unwrap().to_owned()).collect()
+}
+
+/// Every command of the README does what it says, in small.
+#[cfg(unix)]
+#[test]
+fn the_readme_works() {
+    let here = Workdir::new();
+    for folder in ["fonts", "svg", "tests"] {
+        std::os::unix::fs::symlink(repository(folder), here.path(folder)).unwrap();
+    }
+    let program = Path::new(env!("CARGO_BIN_EXE_glyphlight")).parent().unwrap();
+    let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
+    let blocks = readme("sh").concat().replace("cargo run --release -- ", "glyphlight ");
+    let (mut renders, mut others) = (0, 0);
+    for line in blocks.lines().filter(|l| l.starts_with("glyphlight ") || l.starts_with("echo ")) {
+        let mut line =
+            line.replace("--backend gpu", "--backend cpu").replace("--size 8", "").replace("fit", "fit --size 4");
+        if line.starts_with("glyphlight render") {
+            renders += 1;
+            for (option, value) in [("--width", "48"), ("--height", "27"), ("--samples", "1"), ("--backend", "cpu")] {
+                let words: Vec<_> = line.split(' ').collect();
+                match words.iter().position(|w| *w == option) {
+                    Some(i) => line = [&words[..i], &[option, value], &words[i + 2..]].concat().join(" "),
+                    None => line = format!("{line} {option} {value}"),
+                }
+            }
+        } else {
+            others += 1;
+        }
+        let before = here.files().len();
+        let output = std::process::Command::new("sh")
+            .args(["-c", &line])
+            .current_dir(here.path(""))
+            .env("PATH", &path)
+            .output()
+            .unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), stderr.as_str()), (Some(0), ""), "{line}");
+        let wrote = here.files().len() > before;
+        assert!(wrote || !output.stdout.is_empty() || line.contains("first.png"), "{line} does nothing");
+    }
+    assert!(renders >= 10 && others >= 5, "{renders} {others}");
+
+    let scenes = readme("toml");
+    assert_eq!(scenes.len(), 1);
+    here.write("scene.toml", &scenes[0]);
+    here.stdout([&["render", "scene.toml", "-o", "out/a.exr"], &SMALL[..]].concat());
+    assert!(largest(&channel(&here.path("out/a.exr"), "diffuse.R")) > 0.1);
+    here.write("scene.toml", scenes[0].replace("align", "aline"));
+    assert_eq!(here.run(["render", "scene.toml", "-o", "out/b.exr"]).status.code(), Some(2));
+}
