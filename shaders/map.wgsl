@@ -1,7 +1,6 @@
 // The affine map from a light's plane to cosine space. Twin of src/kernel/map.rs, in f32 throughout: what would
 // cancel is formed in world space, where it is short.
 
-
 // p = c0*(x - foot.x) + c1*(y - foot.y) + c2 from tree space to cosine space, at one shading point.
 struct CosineMap {
     // Tree-space point that c2 belongs to.

@@ -33,7 +33,8 @@ fn gpu() -> Option<&'static GpuBackend> {
             let required = ["CI", "GLYPHLIGHT_REQUIRE_GPU"].iter().any(|name| std::env::var_os(name).is_some());
             assert!(!required, "a GPU is required here: {error}");
             // Past the harness, which keeps what a passing test prints to itself.
-            writeln!(std::io::stderr(), "SKIPPED: the GPU backend was NOT tested: {error}").unwrap();
+            let line = format!("SKIPPED: the GPU backend was NOT tested: {error}\n");
+            std::io::stderr().write_all(line.as_bytes()).unwrap();
             None
         }
     }

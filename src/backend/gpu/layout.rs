@@ -25,7 +25,7 @@ pub struct Frame {
     pub offset: Vec2,
     /// Width and height of a pixel where the picture is −1..1.
     pub steps: Vec2,
-    /// Largest error per light and lobe, W·sr⁻¹·m⁻².
+    /// Largest error of the picture's radiance by integration, W·sr⁻¹·m⁻².
     pub tolerance: f32,
     /// Number of emitters.
     pub emitters: u32,
