@@ -47,10 +47,21 @@ impl CubicBez {
         ((self.p1 - self.p0) * (s * s) + (self.p2 - self.p1) * (2.0 * s * t) + (self.p3 - self.p2) * (t * t)) * 3.0
     }
 
-    /// The part over `[t0, t1]` (blossoming); end points at 0 and 1 are kept to the bit.
+    /// The point at `t`, to the bit at both ends.
+    pub fn eval_exact(&self, t: f64) -> DVec2 {
+        match t {
+            0.0 => self.p0,
+            1.0 => self.p3,
+            _ => self.eval(t),
+        }
+    }
+
+    /// The part over `[t0, t1]` (blossoming); end points at 0 and 1 are kept to the bit, and so is the whole.
     pub fn subsegment(&self, t0: f64, t1: f64) -> Self {
-        let a = if t0 == 0.0 { self.p0 } else { self.eval(t0) };
-        let b = if t1 == 1.0 { self.p3 } else { self.eval(t1) };
+        if t0 == 0.0 && t1 == 1.0 {
+            return *self;
+        }
+        let (a, b) = (self.eval_exact(t0), self.eval_exact(t1));
         let h = (t1 - t0) / 3.0;
         Self::new(a, a + self.tangent(t0) * h, b - self.tangent(t1) * h, b)
     }
@@ -67,6 +78,25 @@ impl CubicBez {
             / 20.0
     }
 
+    /// Largest distance from the quadratic nearest to the curve (its end points kept).
+    pub fn off_quadratic(&self) -> f64 {
+        const FACTOR: f64 = 0.048_112_522_432_468_816; // √3/36
+        FACTOR * (self.p3 - self.p0 + 3.0 * (self.p1 - self.p2)).length()
+    }
+
+    /// The parameters, ascending, inside (0, 1) at which the height y turns: between them the curve is monotone in y.
+    pub fn turns(&self) -> impl Iterator<Item = f64> + use<> {
+        let h = self.points().map(|p| p.y);
+        let [d0, d1, d2] = [h[1] - h[0], h[2] - h[1], h[3] - h[2]];
+        let [early, late] = quadratic_roots(d0 - 2.0 * d1 + d2, 2.0 * (d1 - d0), d0);
+        let inside = |t: f64| t > 0.0 && t < 1.0;
+        [early, late]
+            .into_iter()
+            .enumerate()
+            .filter(move |&(i, t)| inside(t) && !(i == 1 && t == early))
+            .map(|(_, t)| t)
+    }
+
     /// Calls `visit(x, direction)` for every crossing with the horizontal through `y`: +1 where the curve comes
     /// up through it, −1 where it goes down.
     ///
@@ -78,22 +108,13 @@ impl CubicBez {
         if below == [below[0]; 4] {
             return;
         }
-        // Heights where the curve turns split it into monotone pieces.
-        let [d0, d1, d2] = [h[1] - h[0], h[2] - h[1], h[3] - h[2]];
         let mut stops = [0.0, 1.0, 1.0, 1.0];
         let mut n = 1;
-        let [early, late] = quadratic_roots(d0 - 2.0 * d1 + d2, 2.0 * (d1 - d0), d0);
-        for t in [early, late] {
-            if t > stops[n - 1] && t < 1.0 {
-                stops[n] = t;
-                n += 1;
-            }
+        for t in self.turns() {
+            stops[n] = t;
+            n += 1;
         }
-        let height = |t: f64| match t {
-            0.0 => h[0],
-            1.0 => h[3],
-            _ => self.eval(t).y,
-        };
+        let height = |t: f64| self.eval_exact(t).y;
         for piece in stops[..=n].windows(2) {
             let (mut lo, mut hi) = (piece[0], piece[1]);
             let (start, end) = (height(lo), height(hi));
@@ -129,6 +150,18 @@ impl CubicBez {
     /// The same curve run backwards.
     pub const fn reversed(&self) -> Self {
         Self::new(self.p3, self.p2, self.p1, self.p0)
+    }
+
+    /// The curve with its ends moved to `start` and `end`, handles along with them; a line stays one.
+    #[must_use]
+    pub fn with_ends(&self, start: DVec2, end: DVec2) -> Self {
+        if start == self.p0 && end == self.p3 {
+            *self
+        } else if *self == Self::line(self.p0, self.p3) {
+            Self::line(start, end)
+        } else {
+            Self::new(start, self.p1 + (start - self.p0), self.p2 + (end - self.p3), end)
+        }
     }
 
     /// Whether the handles lie on the chord to within `tolerance` (metres), so that the curve is its chord.

@@ -8,6 +8,7 @@ mod embedded;
 pub mod font;
 mod glyf;
 mod guard;
+mod judge;
 pub mod layers;
 pub mod lyon;
 pub mod overlap;
@@ -15,6 +16,7 @@ pub mod path;
 mod shaping;
 mod stroke;
 pub mod svg;
+mod sweep;
 pub mod text;
 mod walk;
 
@@ -109,7 +111,7 @@ fn closed_loops(path: &BezPath) -> Vec<Vec<CubicBez>> {
         if at != start {
             current.push(CubicBez::line(at, start));
         }
-        current.retain(|c| c.points() != [c.p0; 4]);
+        current.retain(|c| c.p0 != c.p3 || c.p1 != c.p0 || c.p2 != c.p0);
         if !current.is_empty() {
             loops.push(std::mem::take(current));
         }
@@ -122,7 +124,9 @@ fn closed_loops(path: &BezPath) -> Vec<Vec<CubicBez>> {
                 at = start;
             }
             PathEl::LineTo(p) => {
-                current.push(CubicBez::line(at, vec2(p)));
+                if vec2(p) != at {
+                    current.push(CubicBez::line(at, vec2(p)));
+                }
                 at = vec2(p);
             }
             PathEl::QuadTo(c, p) => {

@@ -1,20 +1,21 @@
-//! Overlap removal: paths that may cross themselves become [`Shape`]s, by linesweeper.
+//! Overlap removal: paths that may cross themselves become [`Shape`]s.
 //!
-//! linesweeper keeps Béziers but is early beta, so nothing it says is taken on trust:
+//! [`super::sweep`] asks linesweeper, which keeps Béziers but is early beta, so nothing it says is taken on trust:
 //!
 //! 1. The input is scaled by a power of two (exact) to about a thousand units, and moved only if it lies far from
 //!    the origin, so art of 1e-4 m and 1e4 m meets the same numbers.
 //! 2. It runs in a thread of its own with a deadline; a panic or an endless loop there becomes an error here.
-//! 3. The result is judged by code of ours that shares nothing with it: along horizontals through the input
-//!    (`judge`) the inside intervals of the result must be those of the input under the fill rule, with
-//!    winding 0 or 1 only. A refused or failed attempt is repeated at a coarser tolerance and turned by an angle.
+//! 3. The result is judged by code that shares nothing with it (`judge.rs`). A refused or failed attempt is
+//!    repeated with the plane turned and other tolerances.
 
 use super::guard::{GuardError, guarded};
-use super::{FillRule, closed_loops, coordinates, point};
+use super::judge::{Disagreement, judge};
+use super::sweep::{self, Attempt, Sets};
+use super::{FillRule, closed_loops, coordinates};
 use crate::shape::{Bounds, CubicBez, Shape, ShapeError};
 use glam::DVec2;
-use kurbo::{Affine, BezPath};
-use linesweeper::topology::{BinaryWindingNumber, OneOfTwo, Topology};
+use kurbo::BezPath;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Most curves one overlap removal takes.
@@ -76,7 +77,8 @@ pub enum OverlapError {
 
 /// The region that `path` encloses under `rule`, free of overlap. Subpaths left open are closed by a line.
 /// The result may be empty. Curves that nothing
-/// cuts stay as they are; where curves cross or touch the result is within about 1e-6 of the path's size.
+/// cuts stay as they are, bit for bit; crossings are right to about 1e-12 of the path's size. What is thinner than 1e-6
+/// of that size is dropped.
 pub fn resolve(path: &BezPath, rule: FillRule) -> Result<Shape, OverlapError> {
     combine(path, &BezPath::new(), Rule { fill: rule, set: Set::Union })
 }
@@ -127,19 +129,21 @@ impl Rule {
 
 /// Half the extent of the working space is between this and its double.
 const WORKING_HALF_EXTENT: f64 = 512.0;
-/// Distance in working space below which curves count as touching: 1e-12 of the extent. linesweeper cuts curves at
-/// a height, so beside an extremum a cut is off sideways by the square root of this: 1e-6 of the extent.
-const CLOSENESS: f64 = 1e-9;
-/// Curves shorter than this in working space, 4e-9 of the extent, are welded away.
-const SPECK: f64 = 4e-6;
+/// Distance in working space below which curves count as touching: 1e-10 of the extent.
+const CLOSENESS: f64 = 1e-7;
 /// Contours whose mean width in working space is less, 1e-6 of the extent, are dropped: edges that nearly coincide.
 const SLIVER: f64 = 1e-3;
 /// Handles this close to the chord, in working space, are rounding: 1e-13 of the extent.
 const STRAIGHT: f64 = 1e-10;
-/// Closeness and angle (radians) of each attempt: turned by an angle that no drawing prefers, horizontals and
-/// coincident extrema, which are what trips a sweep line, are gone.
-const ATTEMPTS: [(f64, f64); 4] =
-    [(CLOSENESS, 0.0), (1e3 * CLOSENESS, 0.0), (CLOSENESS, 0.739), (1e3 * CLOSENESS, 2.173)];
+/// The ways in which the boolean library is asked until a result holds, and the part of the extent by which the
+/// result may then differ from the path along a horizontal.
+const ATTEMPTS: [(Attempt, f64); 5] = [
+    (Attempt { closeness: CLOSENESS, angle: 0.0, flatness: 0.3 }, 1e-6),
+    (Attempt { closeness: CLOSENESS, angle: 0.739, flatness: 0.1 }, 1e-6),
+    (Attempt { closeness: 1e2 * CLOSENESS, angle: 2.173, flatness: 0.1 }, 1e-6),
+    (Attempt { closeness: 1e-2 * CLOSENESS, angle: 1.234, flatness: 0.03 }, 1e-5),
+    (Attempt { closeness: CLOSENESS, angle: 2.9, flatness: 0.1 }, 1e-5),
+];
 
 fn combine(a: &BezPath, b: &BezPath, rule: Rule) -> Result<Shape, OverlapError> {
     for (element, el) in a.elements().iter().chain(b.elements()).enumerate() {
@@ -164,30 +168,33 @@ fn combine(a: &BezPath, b: &BezPath, rule: Rule) -> Result<Shape, OverlapError> 
     let frame = Frame::around(bounds);
     for curve in sets.iter_mut().flatten().flatten() {
         *curve = frame.enter(curve);
+        if curve.is_line(STRAIGHT) {
+            *curve = CubicBez::line(curve.p0, curve.p3);
+        }
     }
     let crossings = estimated_crossings(&sets);
     if crossings > MAX_CROSSINGS {
         return Err(OverlapError::TooManyCrossings { count: crossings, limit: MAX_CROSSINGS });
     }
+    let sets = Arc::new(sets);
+    let limit = DEADLINE_SECONDS.min(2 + curves as u64 / 50);
     let mut reason = String::new();
-    for (closeness, angle) in ATTEMPTS {
-        let turn = Affine::rotate(angle);
-        let [a, b] = sets.each_ref().map(|set| turn * sweep_input(set));
-        let swept = match sweep(a, b, rule, closeness) {
-            Ok(swept) => swept,
-            Err(GuardError::TimedOut) => return Err(OverlapError::TimedOut { curves, limit: DEADLINE_SECONDS }),
-            Err(GuardError::Failed(message)) => {
+    for (attempt, agreement) in ATTEMPTS {
+        let shared = Arc::clone(&sets);
+        let work = move || sweep::boundary(&shared, &attempt, |a, b| rule.is_inside(a, b));
+        let loops: Vec<_> = match guarded("overlap", STACK, Duration::from_secs(limit), work) {
+            Ok(Ok(loops)) => loops.into_iter().filter(|curves| !is_sliver(curves)).collect(),
+            Ok(Err(message)) | Err(GuardError::Failed(message)) => {
                 reason = format!("the boolean library failed: {message}");
                 continue;
             }
+            Err(GuardError::TimedOut) if curves > 1000 => return Err(OverlapError::TimedOut { curves, limit }),
+            Err(GuardError::TimedOut) => {
+                reason = format!("it took longer than the limit of {limit} s");
+                continue;
+            }
         };
-        let loops: Vec<_> = swept
-            .iter()
-            .map(|path| if angle == 0.0 { path.clone() } else { turn.inverse() * path.clone() })
-            .flat_map(|path| closed_loops(&path))
-            .filter_map(tidy)
-            .collect();
-        match judge(&sets, &loops, rule) {
+        match judge(&sets, &loops, |a, b| rule.is_inside(a, b), agreement) {
             Ok(()) => {
                 let leave = |curves: Vec<CubicBez>| curves.iter().map(|c| frame.leave(c)).collect();
                 return Ok(Shape::from_contours(loops.into_iter().map(leave).collect())?);
@@ -200,6 +207,18 @@ fn combine(a: &BezPath, b: &BezPath, rule: Rule) -> Result<Shape, OverlapError> 
         }
     }
     Err(OverlapError::Refused { curves, reason })
+}
+
+/// Whether a loop is thinner than [`SLIVER`].
+fn is_sliver(curves: &[CubicBez]) -> bool {
+    let length: f64 = curves.iter().map(|c| c.p0.distance(c.p1) + c.p1.distance(c.p2) + c.p2.distance(c.p3)).sum();
+    let origin = curves[0].p0;
+    let from_origin = |c: &CubicBez| {
+        let [p0, p1, p2, p3] = c.points().map(|p| p - origin);
+        CubicBez::new(p0, p1, p2, p3)
+    };
+    let area: f64 = curves.iter().map(|c| from_origin(c).signed_area()).sum();
+    area.abs() <= 0.5 * length * SLIVER
 }
 
 /// The map between light space and working space.
@@ -234,7 +253,7 @@ impl Frame {
 }
 
 /// How many pairs of curves meet, by testing at most a million pairs, evenly strewn.
-fn estimated_crossings(sets: &[Vec<Vec<CubicBez>>; 2]) -> usize {
+fn estimated_crossings(sets: &Sets) -> usize {
     const SAMPLES: u64 = 1_000_000;
     let curves: Vec<&CubicBez> = sets.iter().flatten().flatten().collect();
     let n = curves.len() as u64;
@@ -264,184 +283,4 @@ fn estimated_crossings(sets: &[Vec<Vec<CubicBez>>; 2]) -> usize {
         })
         .count();
     (hits as f64 * (n as f64 * n as f64 * 0.5 / SAMPLES as f64)) as usize
-}
-
-/// The loops as linesweeper wants them: what is straight as a line element.
-fn sweep_input(loops: &[Vec<CubicBez>]) -> BezPath {
-    let mut path = BezPath::new();
-    for curves in loops {
-        path.move_to(point(curves[0].p0));
-        for c in curves {
-            if c.is_line(STRAIGHT) {
-                path.line_to(point(c.p3));
-            } else {
-                path.curve_to(point(c.p1), point(c.p2), point(c.p3));
-            }
-        }
-        path.close_path();
-    }
-    path
-}
-
-fn sweep(a: BezPath, b: BezPath, rule: Rule, closeness: f64) -> Result<Vec<BezPath>, GuardError> {
-    let work = move || {
-        let sets = [(&a, OneOfTwo::A), (&b, OneOfTwo::B)];
-        let topology = Topology::<BinaryWindingNumber>::from_paths(sets, closeness)
-            .map_err(|e| GuardError::Failed(format!("{e:?}")))?;
-        let contours = topology.contours(|w| rule.is_inside(w.shape_a, w.shape_b));
-        Ok(contours.into_contours().map(|c| c.path).collect())
-    };
-    guarded("overlap", STACK, Duration::from_secs(DEADLINE_SECONDS), work)?
-}
-
-/// Welds curves shorter than [`SPECK`] to the one before, and drops loops thinner than [`SLIVER`].
-fn tidy(mut curves: Vec<CubicBez>) -> Option<Vec<CubicBez>> {
-    let reach = |c: &CubicBez| c.points().iter().map(|p| p.distance(c.p0)).fold(0.0, f64::max);
-    // Start on a curve that stays, so that the weld never runs over the seam.
-    let first = curves.iter().position(|c| reach(c) > SPECK)?;
-    curves.rotate_left(first);
-    let mut kept: Vec<CubicBez> = Vec::with_capacity(curves.len());
-    for c in curves {
-        if reach(&c) > SPECK {
-            let start = kept.last().map_or(c.p0, |k| k.p3);
-            kept.push(moved(c, start, c.p3));
-        }
-    }
-    let (start, last) = (kept[0].p0, kept.len() - 1);
-    kept[last] = moved(kept[last], kept[last].p0, start);
-    let length: f64 = kept.iter().map(|c| c.p0.distance(c.p1) + c.p1.distance(c.p2) + c.p2.distance(c.p3)).sum();
-    let origin = kept[0].p0;
-    let area: f64 = kept.iter().map(|c| translated(c, -origin).signed_area()).sum();
-    (area.abs() > 0.5 * length * SLIVER).then_some(kept)
-}
-
-fn translated(c: &CubicBez, by: DVec2) -> CubicBez {
-    let [p0, p1, p2, p3] = c.points().map(|p| p + by);
-    CubicBez::new(p0, p1, p2, p3)
-}
-
-/// The curve with its ends moved to `start` and `end`, handles along; a line stays one.
-fn moved(c: CubicBez, start: DVec2, end: DVec2) -> CubicBez {
-    if start == c.p0 && end == c.p3 {
-        c
-    } else if c == CubicBez::line(c.p0, c.p3) {
-        CubicBez::line(start, end)
-    } else {
-        CubicBez::new(start, c.p1 + (start - c.p0), c.p2 + (end - c.p3), end)
-    }
-}
-
-/// Where result and path disagree: height in working space, and the covered parts of the width there.
-struct Disagreement {
-    y: f64,
-    found: f64,
-    expected: f64,
-}
-
-/// Compares the result with the path along horizontals at quantiles of the curves' heights.
-///
-/// A horizontal may graze a curve, where 1e-9 upwards is much sideways; so a horizontal is believed to differ only if two
-/// more beside it do.
-fn judge(sets: &[Vec<Vec<CubicBez>>; 2], result: &[Vec<CubicBez>], rule: Rule) -> Result<(), Disagreement> {
-    let input = || sets.iter().flatten().flatten();
-    let mut heights: Vec<f64> = input()
-        .chain(result.iter().flatten())
-        .filter(|c| c.p0.y != c.p3.y)
-        // Not the middle: symmetric art has its vertices there.
-        .map(|c| c.p0.y + (c.p3.y - c.p0.y) * 0.414_213_562)
-        .collect();
-    heights.sort_by(f64::total_cmp);
-    let bounds = Bounds::of(input().flat_map(CubicBez::points));
-    let extent = bounds.size().max_element();
-    let lines = (heights.len() / 4).clamp(8, 64);
-    for k in 0..lines.min(heights.len()) {
-        let y = heights[k * heights.len() / lines.min(heights.len())];
-        let mut worst = None;
-        for shift in [0.0, 1.7e-5, -2.3e-5] {
-            let y = y + shift * extent;
-            let expected = spans(&[&sets[0], &sets[1]], y, |w| rule.is_inside(w[0], w[1]));
-            let found = spans(&[result], y, |w| w[0] == 1);
-            let stray = length(&spans(&[result], y, |w| w[0] != 0 && w[0] != 1));
-            let differ = stray + length(&symmetric_difference(&expected, &found));
-            if differ <= 1e-5 * extent {
-                worst = None;
-                break;
-            }
-            let width = extent.max(f64::MIN_POSITIVE);
-            worst =
-                Some(Disagreement { y, found: (length(&found) + stray) / width, expected: length(&expected) / width });
-        }
-        if let Some(disagreement) = worst {
-            return Err(disagreement);
-        }
-    }
-    Ok(())
-}
-
-/// The intervals of the horizontal through `y` where the windings of the sets are inside.
-fn spans(sets: &[&[Vec<CubicBez>]], y: f64, inside: impl Fn([i32; 2]) -> bool) -> Vec<[f64; 2]> {
-    let mut crossings = Vec::new();
-    for (k, set) in sets.iter().enumerate() {
-        for curve in set.iter().flatten() {
-            // Upwards is +1 for what lies to the left of it, so −1 from left to right.
-            curve.crossings(y, |x, direction| crossings.push((x, k, direction)));
-        }
-    }
-    crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut windings = [0; 2];
-    let mut spans: Vec<[f64; 2]> = Vec::new();
-    let mut open = None;
-    for (x, k, direction) in crossings {
-        windings[k] -= direction;
-        match (open, inside(windings)) {
-            (None, true) => open = Some(x),
-            (Some(from), false) => {
-                spans.push([from, x]);
-                open = None;
-            }
-            _ => {}
-        }
-    }
-    spans
-}
-
-fn length(spans: &[[f64; 2]]) -> f64 {
-    spans.iter().map(|s| s[1] - s[0]).sum()
-}
-
-/// What is in one list of spans and not in the other.
-fn symmetric_difference(a: &[[f64; 2]], b: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let mut ends: Vec<f64> = a.iter().chain(b).flatten().copied().collect();
-    ends.sort_by(f64::total_cmp);
-    ends.chunks_exact(2).map(|c| [c[0], c[1]]).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn judge_refuses_a_wrong_result() {
-        let square = |r: f64| {
-            let p = [(-r, -r), (r, -r), (r, r), (-r, r)].map(|(x, y)| DVec2::new(x, y));
-            (0..4).map(|i| CubicBez::line(p[i], p[(i + 1) % 4])).collect::<Vec<_>>()
-        };
-        let hole = |r| square(r).iter().rev().map(CubicBez::reversed).collect::<Vec<_>>();
-        let rule = Rule { fill: FillRule::NonZero, set: Set::Union };
-        let sets = [vec![square(2.0), hole(1.0)], vec![]];
-        assert!(judge(&sets, &[square(2.0), hole(1.0)], rule).is_ok());
-        // Hole lost, hole turned round (winding 2), wrong size, nothing at all.
-        for wrong in [vec![square(2.0)], vec![square(2.0), square(1.0)], vec![square(2.1), hole(1.0)], vec![]] {
-            assert!(judge(&sets, &wrong, rule).is_err(), "{wrong:?}");
-        }
-    }
-
-    #[test]
-    fn a_panic_and_a_broken_path_become_errors() {
-        let mut open = BezPath::new();
-        open.move_to((0.0, 0.0));
-        open.line_to((1.0, 0.0));
-        let rule = Rule { fill: FillRule::NonZero, set: Set::Union };
-        assert!(matches!(sweep(open, BezPath::new(), rule, 1e-6), Err(GuardError::Failed(_))));
-    }
 }
