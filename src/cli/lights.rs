@@ -1,6 +1,7 @@
 //! What the command line can turn into light: a text, an SVG, path data.
 
 use super::read;
+use super::values::positive_f64;
 use crate::error::Error;
 use crate::light::Layer;
 use crate::outline::bundled;
@@ -113,7 +114,7 @@ enum FillRuleArg {
 
 /// A length in metres, within what scene files take as well.
 fn length(text: &str) -> Result<f64, String> {
-    let value = super::render::positive_f64(text)?;
+    let value = positive_f64(text)?;
     if (1e-9..=1e9).contains(&value) { Ok(value) } else { Err(format!("{text} is not a length of 1e-9 to 1e9 m")) }
 }
 

@@ -9,6 +9,7 @@ mod inspect;
 mod lights;
 mod probe;
 mod render;
+mod values;
 
 use crate::error::Error;
 use clap::{Parser, Subcommand};

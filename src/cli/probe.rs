@@ -1,10 +1,11 @@
 //! `glyphlight probe`: values as JSON lines.
 
+use super::values::{TechniqueArg, positive};
 use super::{read, say};
+use crate::backend::Settings;
 use crate::backend::exact::{ExactMap, exact_integral};
 use crate::backend::gather::Images;
 use crate::backend::prepared::Prepared;
-use crate::backend::{Settings, Technique};
 use crate::brdf::ltc::Table;
 use crate::error::Error;
 use crate::kernel::frame::ShadingFrame;
@@ -14,7 +15,7 @@ use crate::kernel::tree::{Budget, tree_integral};
 use crate::light::tree::Tree;
 use crate::scene::file;
 use crate::shape::{CubicBez, Shape};
-use clap::{Subcommand, ValueEnum};
+use clap::Subcommand;
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -72,26 +73,8 @@ struct How {
     #[arg(long, value_enum, default_value_t = TechniqueArg::Tree)]
     technique: TechniqueArg,
     /// Error allowed by the tree: of the integral, or of the radiance at a point
-    #[arg(long, default_value_t = 1e-5, value_parser = super::render::positive)]
+    #[arg(long, default_value_t = 1e-5, value_parser = positive)]
     tolerance: f32,
-}
-
-/// Techniques by the names of the command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum TechniqueArg {
-    /// The chord–moment tree, f32
-    Tree,
-    /// Adaptive contour integration, float64 (slow; CPU only)
-    Exact,
-}
-
-impl From<TechniqueArg> for Technique {
-    fn from(arg: TechniqueArg) -> Self {
-        match arg {
-            TechniqueArg::Tree => Self::Tree,
-            TechniqueArg::Exact => Self::Exact,
-        }
-    }
 }
 
 pub fn run(args: &Args) -> Result<(), Error> {

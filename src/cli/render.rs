@@ -1,11 +1,10 @@
 //! `glyphlight render`: a scene, a text or an SVG to a picture.
 
 use super::lights::{Source, Style};
-use super::probe::TechniqueArg;
+use super::values::{Color, TechniqueArg, finite, hex, positive, radiance, unit};
 use super::{label, say, warn};
 use crate::backend::cpu::CpuBackend;
 use crate::backend::{Backend, BackendError, Rendering, Settings, Stats, Technique};
-use crate::color::parse_hex;
 use crate::error::Error;
 use crate::film::{Display, Film, Format, Pending, ToneMap, check_writable};
 use crate::scene::preset::{PresetOptions, sign};
@@ -82,13 +81,6 @@ struct Sign {
     roughness: Option<f32>,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Color([f64; 3]);
-
-fn hex(text: &str) -> Result<Color, String> {
-    parse_hex(text).map(Color).ok_or_else(|| format!("`{text}` is not of the form #rrggbb"))
-}
-
 /// Where to render.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum BackendArg {
@@ -119,32 +111,6 @@ impl From<ToneMapArg> for ToneMap {
             ToneMapArg::Neutral => Self::Neutral,
         }
     }
-}
-
-/// A finite number more than 0, as f64.
-pub(super) fn positive_f64(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
-    if value.is_finite() && value > 0.0 { Ok(value) } else { Err(format!("{text} is not a finite number above 0")) }
-}
-
-/// A finite number more than 0, as f32.
-pub(super) fn positive(text: &str) -> Result<f32, String> {
-    let value = positive_f64(text)? as f32;
-    if value.is_finite() && value > 0.0 { Ok(value) } else { Err(format!("{text} is beyond the range of f32")) }
-}
-
-/// A radiance, within what scene files take as well.
-fn radiance(text: &str) -> Result<f64, String> {
-    let value = positive_f64(text)?;
-    if value <= 1e12 { Ok(value) } else { Err(format!("{text} is more than 1e12")) }
-}
-
-fn finite(text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| format!("`{text}` is not a finite number"))
-}
-
-fn unit(text: &str) -> Result<f32, String> {
-    text.parse().ok().filter(|v| (0.0..=1.0).contains(v)).ok_or_else(|| format!("`{text}` is not between 0 and 1"))
 }
 
 pub fn run(args: &Args) -> Result<(), Error> {
