@@ -1,5 +1,7 @@
 //! The shaders without a GPU: they parse, they validate, and their structs lie in memory as the Rust ones do.
 
+#![cfg(feature = "gpu")]
+
 use core::mem::offset_of;
 use glyphlight::backend::gpu::layout::{Box, Emitter, Frame, MeterPoint, Pixel, Reading};
 use glyphlight::backend::gpu::source::{Source, gbuffer, light, meter};
