@@ -1,6 +1,6 @@
 //! Overlap removal: paths that may cross themselves become [`Shape`]s.
 //!
-//! [`super::sweep`] asks linesweeper, which keeps Béziers but is early beta, so nothing it says is taken on trust:
+//! `sweep.rs` asks linesweeper, which keeps Béziers but is early beta, so nothing it says is taken on trust:
 //!
 //! 1. The input is scaled by a power of two (exact) to about a thousand units, and moved only if it lies far from
 //!    the origin, so art of 1e-4 m and 1e4 m meets the same numbers.
