@@ -84,12 +84,16 @@ pub struct LightStats {
     pub no_lobe: u64,
 }
 
+/// Most pixels of a picture: some 6 GB of layers.
+pub const MAX_PIXELS: u64 = 1 << 26;
+
 /// Why a backend cannot render.
 #[derive(Debug, thiserror::Error)]
 pub enum BackendError {
     /// The picture has no pixels, too many, or no samples.
     #[error(
-        "picture of {width} × {height} with {samples} samples per pixel: each must be 1 to 16384, samples 1 to 4096"
+        "picture of {width} × {height} with {samples} samples per pixel: each side must be 1 to 16384, both together \
+         at most {MAX_PIXELS} pixels, samples 1 to 4096"
     )]
     Size {
         /// Asked width.
@@ -156,7 +160,9 @@ impl Settings {
     /// [`BackendError::Size`] or [`BackendError::Tolerance`].
     pub fn check(&self) -> Result<(), BackendError> {
         let Self { width, height, samples, tolerance, .. } = *self;
-        if !(1..=16384).contains(&width) || !(1..=16384).contains(&height) || !(1..=4096).contains(&samples) {
+        let side = 1..=16384;
+        let pixels = u64::from(width) * u64::from(height);
+        if !side.contains(&width) || !side.contains(&height) || pixels > MAX_PIXELS || !(1..=4096).contains(&samples) {
             return Err(BackendError::Size { width, height, samples });
         }
         if tolerance.is_finite() && tolerance > 0.0 { Ok(()) } else { Err(BackendError::Tolerance(tolerance)) }
