@@ -19,3 +19,4 @@ mod shape;
 mod svg;
 mod svg_hostile;
 mod text;
+mod yardstick;
