@@ -3,10 +3,8 @@
 // This file depends on the global
 //     ltc_table: array<vec4f>   read-only storage, two per entry, rows of equal alpha:
 //                               ux, uz, beta, tau_x | tau_z, magnitude, fresnel, 0
-// and on the overrides or constants LTC_ALPHAS and LTC_THETAS (u32), its size.
-
-// Smallest alpha of the table.
-const LTC_ALPHA_MIN: f32 = 1e-4;
+// and on the constants LTC_ALPHAS and LTC_THETAS (u32), its size, and LTC_ALPHA_MIN, its smallest alpha, which come
+// from src/brdf/ltc.rs.
 
 // One linearly transformed cosine. Shading frame: z = normal, x = tangential part of the view direction.
 struct Lobe {
@@ -29,6 +27,25 @@ struct Lobe {
 // M^-1 * w: shading frame to cosine space.
 fn lobe_apply(lobe: Lobe, w: vec3f) -> vec3f {
     return vec3f(lobe.xx * w.x + lobe.xz * w.z, lobe.yy * w.y, lobe.zx * w.x + lobe.zz * w.z);
+}
+
+// The cofactors of M^-1 times w: what a normal of the light's plane becomes.
+fn lobe_apply_cofactors(lobe: Lobe, w: vec3f) -> vec3f {
+    return vec3f(
+        lobe.yy * (lobe.zz * w.x - lobe.zx * w.z),
+        (lobe.xx * lobe.zz - lobe.xz * lobe.zx) * w.y,
+        lobe.yy * (lobe.xx * w.z - lobe.xz * w.x),
+    );
+}
+
+// det M^-1.
+fn lobe_determinant(lobe: Lobe) -> f32 {
+    return lobe.yy * (lobe.xx * lobe.zz - lobe.xz * lobe.zx);
+}
+
+// The cosine itself, as a lobe: M = 1.
+fn plain_cosine() -> Lobe {
+    return Lobe(1.0, 0.0, 1.0, 0.0, 1.0, 1.0, vec3f(0.0, 0.0, 1.0), 0.0, 1.0);
 }
 
 // One half (0 or 1) of the entries of a column, between two rows.

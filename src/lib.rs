@@ -8,10 +8,16 @@
 
 pub mod backend;
 pub mod brdf;
+pub mod cli;
 pub mod color;
+pub mod error;
 pub mod film;
 pub mod kernel;
 pub mod light;
 pub mod outline;
 pub mod scene;
 pub mod shape;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -5,7 +5,8 @@ use super::prepared::Prepared;
 use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique};
 use crate::brdf::ltc::Table;
 use crate::kernel::frame::ShadingFrame;
-use crate::kernel::surface::{Hit, SurfacePoint, intersect, surface_point};
+use crate::kernel::surface::{Hit, SEAM, SurfacePoint, SurfaceTriangle, intersect, surface_point};
+use crate::kernel::tree::Budget;
 use crate::scene::Scene;
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -28,9 +29,13 @@ pub struct Surfaces<'a> {
 impl<'a> Surfaces<'a> {
     /// Builds the bounding volume hierarchy.
     pub fn new(prepared: &'a Prepared) -> Self {
-        let corners = |t: &crate::kernel::surface::SurfaceTriangle| {
-            let p = Vec3A::from(t.p0.truncate());
-            Triangle { v0: p, v1: p + Vec3A::from(t.e1.truncate()), v2: p + Vec3A::from(t.e2.truncate()) }
+        let corners = |t: &SurfaceTriangle| {
+            // Grown as far as a hit may lie outside, and twice that for the rounding of the boxes.
+            let seam = 2.0 * SEAM;
+            let (e1, e2) = (Vec3A::from(t.e1.truncate()), Vec3A::from(t.e2.truncate()));
+            let p = Vec3A::from(t.p0.truncate()) - (e1 + e2) * seam;
+            let grow = 1.0 + 3.0 * seam;
+            Triangle { v0: p, v1: p + e1 * grow, v2: p + e2 * grow }
         };
         let triangles: Vec<_> = prepared.triangles.iter().map(corners).collect();
         let mut elapsed = core::time::Duration::ZERO;
@@ -151,6 +156,7 @@ fn shade(
     let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
     let reflectance = point.reflectance(table, frame.cos_theta as f32);
     let [mut diffuse, mut specular] = [Vec3::ZERO; 2];
+    let mut budget = Budget::default();
     for emitter in &prepared.emitters {
         let stats = &mut counters.lights[emitter.light];
         stats.candidates += 2;
@@ -174,7 +180,7 @@ fn shade(
                 Technique::Tree => settings.tolerance / brightest,
                 Technique::Exact => 0.0,
             };
-            match images.integral(emitter, lobe, tolerance, settings.technique) {
+            match images.integral(emitter, lobe, tolerance, &mut budget, settings.technique) {
                 Ok(integral) => {
                     counters.integrals += 1;
                     counters.nodes += u64::from(integral.visited);

@@ -8,7 +8,7 @@ use crate::brdf::ltc::Lobe;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::horizon::{Clip, Height, TrueHorizon};
 use crate::kernel::map::CosineMap;
-use crate::kernel::tree::tree_integral;
+use crate::kernel::tree::{Budget, tree_integral};
 use glam::DVec3;
 
 /// Why an integral is zero without having been evaluated.
@@ -51,11 +51,14 @@ impl Images {
     }
 
     /// The clamped-cosine integral over the light: of the plain cosine, or of a lobe clipped at both horizons.
+    ///
+    /// `budget` is that of the shading point: pass the same to all integrals that add up there.
     pub fn integral(
         &self,
         emitter: &Emitter,
         lobe: Option<&Lobe>,
         tolerance: f32,
+        budget: &mut Budget,
         technique: Technique,
     ) -> Result<Gathered, Skip> {
         let c = match lobe {
@@ -66,12 +69,19 @@ impl Images {
             None => self.c,
         };
         match technique {
-            Technique::Tree => self.by_tree(c, emitter, lobe, tolerance),
+            Technique::Tree => self.by_tree(c, emitter, lobe, tolerance, budget),
             Technique::Exact => Ok(self.exactly(c, emitter, lobe)),
         }
     }
 
-    fn by_tree(&self, c: [DVec3; 3], emitter: &Emitter, lobe: Option<&Lobe>, tolerance: f32) -> Result<Gathered, Skip> {
+    fn by_tree(
+        &self,
+        c: [DVec3; 3],
+        emitter: &Emitter,
+        lobe: Option<&Lobe>,
+        tolerance: f32,
+        budget: &mut Budget,
+    ) -> Result<Gathered, Skip> {
         let tree = &emitter.tree;
         let map = CosineMap::new(c, tree.center, tree.half).ok_or(Skip::Behind)?;
         let truth = lobe.map(|lobe| {
@@ -80,7 +90,7 @@ impl Images {
         });
         let root = &tree.nodes[0];
         let clip = Clip::new(&map, truth.as_ref(), root.center - map.foot, root.half).ok_or(Skip::BelowHorizon)?;
-        let integral = tree_integral(&map, &clip, tree.view(), tolerance);
+        let integral = tree_integral(&map, &clip, tree.view(), tolerance, budget);
         let value = if self.back { -integral.value } else { integral.value };
         Ok(Gathered { value: f64::from(value.max(0.0)), visited: integral.visited })
     }

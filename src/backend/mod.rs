@@ -3,6 +3,8 @@
 pub mod cpu;
 pub mod exact;
 pub mod gather;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod prepared;
 mod sight;
 
@@ -33,7 +35,7 @@ pub struct Settings {
     pub height: u32,
     /// Samples per pixel, at least 1.
     pub samples: u32,
-    /// Largest error per light and lobe in radiance of the picture, W·sr⁻¹·m⁻².
+    /// Largest error of the picture's radiance by integration, W·sr⁻¹·m⁻², all lights and lobes together.
     pub tolerance: f32,
     /// How integrals are evaluated.
     pub technique: Technique,
@@ -82,12 +84,16 @@ pub struct LightStats {
     pub no_lobe: u64,
 }
 
+/// Most pixels of a picture: some 6 GB of layers.
+pub const MAX_PIXELS: u64 = 1 << 26;
+
 /// Why a backend cannot render.
 #[derive(Debug, thiserror::Error)]
 pub enum BackendError {
     /// The picture has no pixels, too many, or no samples.
     #[error(
-        "picture of {width} × {height} with {samples} samples per pixel: each must be 1 to 16384, samples 1 to 4096"
+        "picture of {width} × {height} with {samples} samples per pixel: each side must be 1 to 16384, both together \
+         at most {MAX_PIXELS} pixels, samples 1 to 4096"
     )]
     Size {
         /// Asked width.
@@ -107,6 +113,16 @@ pub enum BackendError {
         light: String,
         /// What is wrong with its shape.
         source: crate::light::tree::TreeError,
+    },
+    /// A corner of a surface is no place that 32-bit floats can compute with.
+    #[error("triangle {triangle}: its corner at {position} is beyond ±{limit:e} m from the camera")]
+    Far {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The corner, world space.
+        position: glam::DVec3,
+        /// Largest distance along an axis.
+        limit: f64,
     },
     /// No adapter of the wanted kind.
     #[error("no GPU adapter: {0}")]
@@ -138,12 +154,32 @@ pub trait Backend {
 }
 
 impl Settings {
+    /// Whether a picture can have these settings.
+    ///
+    /// # Errors
+    /// [`BackendError::Size`] or [`BackendError::Tolerance`].
+    pub fn check(&self) -> Result<(), BackendError> {
+        let Self { width, height, samples, tolerance, .. } = *self;
+        let side = 1..=16384;
+        let pixels = u64::from(width) * u64::from(height);
+        if !side.contains(&width) || !side.contains(&height) || pixels > MAX_PIXELS || !(1..=4096).contains(&samples) {
+            return Err(BackendError::Size { width, height, samples });
+        }
+        if tolerance.is_finite() && tolerance > 0.0 { Ok(()) } else { Err(BackendError::Tolerance(tolerance)) }
+    }
+
+    /// Width and height of a pixel where the picture is −1..1. Multiplied with, not divided by, so that every processor finds
+    /// the same rays.
+    #[inline]
+    fn steps(&self) -> [f32; 2] {
+        [2.0 / self.width as f32, 2.0 / self.height as f32]
+    }
+
     /// The direction (not unit) of the camera ray through a pixel; `offset` 0..1 from its upper left corner.
     #[inline]
     fn direction(&self, rays: &Rays, x: u32, y: u32, offset: [f32; 2]) -> Vec3 {
-        let ndc_x = (x as f32 + offset[0]) / self.width as f32 * 2.0 - 1.0;
-        let ndc_y = 1.0 - (y as f32 + offset[1]) / self.height as f32 * 2.0;
-        rays.direction(ndc_x, ndc_y)
+        let [step_x, step_y] = self.steps();
+        rays.direction((x as f32 + offset[0]) * step_x - 1.0, 1.0 - (y as f32 + offset[1]) * step_y)
     }
 }
 
@@ -179,7 +215,9 @@ fn compose(
         let through = sight.through[i];
         film.diffuse[i] = (pixel.diffuse * through).to_array();
         film.specular[i] = (pixel.specular * through).to_array();
-        film.emission[i] = (sight.emission[i] + background * ((1.0 - pixel.coverage) * through)).to_array();
+        film.emission[i] = sight.emission[i].to_array();
+        film.background[i] = (background * ((1.0 - pixel.coverage).max(0.0) * through)).to_array();
+        film.matte[i] = 1.0 - through;
     }
     film
 }

@@ -1,6 +1,7 @@
 //! A scene made ready for shading: flat arrays, relative to the camera, that both backends read.
 
 use super::{BackendError, Settings};
+use crate::color::{srgb_decode, srgb_encode};
 use crate::kernel::surface::{NO_TEXTURE, Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle, Textures};
 use crate::light::Placement;
 use crate::light::tree::Tree;
@@ -48,16 +49,14 @@ pub struct Prepared {
     pub offsets: Vec<[f32; 2]>,
 }
 
+/// Farthest corner of a surface from the camera along an axis, metres: areas and their sums stay within f32.
+const FARTHEST: f64 = 1e16;
+
 impl Prepared {
     /// Prepares `scene` for a picture. Builds one tree per emission.
     pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, BackendError> {
-        let Settings { width, height, samples, tolerance, .. } = *settings;
-        if !(1..=16384).contains(&width) || !(1..=16384).contains(&height) || !(1..=4096).contains(&samples) {
-            return Err(BackendError::Size { width, height, samples });
-        }
-        if !(tolerance.is_finite() && tolerance > 0.0) {
-            return Err(BackendError::Tolerance(tolerance));
-        }
+        settings.check()?;
+        let Settings { width, height, samples, .. } = *settings;
         let frame = scene.camera.frame(f64::from(width) / f64::from(height));
         let pixel = 2.0 * frame.up.length() / f64::from(height);
         let footprint = pixel / f64::from(samples).sqrt();
@@ -67,6 +66,12 @@ impl Prepared {
             up: frame.up.as_vec3().extend(0.0),
         };
         let eye = scene.camera.position;
+        for (triangle, vertex) in scene.triangles.iter().enumerate().flat_map(|(i, t)| t.vertices.map(|v| (i, v))) {
+            let position = vertex.position;
+            if !(0.0..=FARTHEST).contains(&(position - eye).abs().max_element()) {
+                return Err(BackendError::Far { triangle, position, limit: FARTHEST });
+            }
+        }
         let (textures, texels) = pack_textures(&scene.textures);
         Ok(Self {
             eye,
@@ -185,12 +190,12 @@ fn pack_textures(textures: &[Texture]) -> (Vec<SurfaceTexture>, Vec<u32>) {
 /// A texel to linear values. Levels are averaged in linear light.
 fn decode(texel: u32, srgb: bool) -> Vec4 {
     let c = Vec4::from_array(texel.to_le_bytes().map(|b| f32::from(b) / 255.0));
-    let linear = |v: f32| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
+    let linear = |v: f32| srgb_decode(f64::from(v)) as f32;
     if srgb { Vec4::new(linear(c.x), linear(c.y), linear(c.z), c.w) } else { c }
 }
 
 fn encode(c: Vec4, srgb: bool) -> u32 {
-    let gamma = |v: f32| if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    let gamma = |v: f32| srgb_encode(f64::from(v)) as f32;
     let c = if srgb { Vec4::new(gamma(c.x), gamma(c.y), gamma(c.z), c.w) } else { c };
     u32::from_le_bytes(c.to_array().map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8))
 }

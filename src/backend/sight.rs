@@ -5,9 +5,9 @@ use super::Settings;
 use super::cpu::Surfaces;
 use super::prepared::{Emitter, Prepared};
 use crate::shape::CubicBez;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3, Vec4};
 use rayon::prelude::*;
-use tiny_skia::{FillRule, Mask, PathBuilder, Transform};
+use tiny_skia::{FillRule, Mask, Path, PathBuilder, Transform};
 
 /// Chords that stand for one curve in the mask: a sagitta under 1/100 pixel for curves up to 2000 pixels long.
 const CHORDS: u32 = 64;
@@ -22,70 +22,112 @@ pub struct Sight {
     pub through: Vec<f32>,
 }
 
-/// Draws the lights, the farthest first.
+/// One light's outline in the picture: a box of pixels with its radiance (xyz) and how much it hides (w).
+struct Outline<'a> {
+    light: &'a Emitter,
+    origin: [u32; 2],
+    size: [u32; 2],
+    pixels: Vec<Vec4>,
+}
+
+impl Outline<'_> {
+    /// What the light puts in a pixel, and hides there.
+    fn at(&self, x: u32, y: u32) -> Vec4 {
+        let [dx, dy] = [x.wrapping_sub(self.origin[0]), y.wrapping_sub(self.origin[1])];
+        if dx >= self.size[0] || dy >= self.size[1] {
+            return Vec4::ZERO;
+        }
+        self.pixels[(dy * self.size[0] + dx) as usize]
+    }
+
+    /// Distance of the light's plane along a ray, in lengths of its direction.
+    fn distance(&self, direction: Vec3) -> f64 {
+        let normal = self.light.placement.normal();
+        self.light.placement.origin.dot(normal) / direction.as_dvec3().dot(normal)
+    }
+
+    /// Whether no surface stands before the light along a ray that meets its plane at `t`. A light that touches a
+    /// surface is not hidden by it.
+    fn is_seen(&self, surfaces: &Surfaces<'_>, direction: Vec3, t: f64) -> bool {
+        let touch = (1e-5 * t).min(1e-3 * self.light.tree.half / f64::from(direction.length()));
+        surfaces.nearest(direction).is_none_or(|(_, hit)| f64::from(hit.t) > t - touch)
+    }
+}
+
+/// Draws the lights over each other, at each sample the nearest in front.
 pub fn see(prepared: &Prepared, surfaces: &Surfaces<'_>, settings: &Settings) -> Sight {
     let pixels = settings.width as usize * settings.height as usize;
     let mut sight = Sight { emission: vec![Vec3::ZERO; pixels], through: vec![1.0; pixels] };
-    let mut order: Vec<&[Emitter]> = prepared.emitters.chunk_by(|a, b| a.light == b.light).collect();
-    let distance = |layers: &[Emitter]| {
-        let middle = layers.iter().map(|e| e.placement.point(e.shape.bounds().center())).sum::<DVec3>();
-        (middle / layers.len() as f64).length()
-    };
-    order.sort_by(|a, b| distance(b).total_cmp(&distance(a)));
-    for layers in order {
-        lay_over(&mut sight, prepared, surfaces, settings, layers);
-    }
-    sight
-}
-
-/// Lays one light, whose layers add up, over what is there.
-fn lay_over(sight: &mut Sight, prepared: &Prepared, surfaces: &Surfaces<'_>, settings: &Settings, layers: &[Emitter]) {
-    let light = &layers[0];
-    let front = -light.placement.normal().dot(light.placement.origin);
-    if front < 0.0 && !light.two_sided {
-        return;
-    }
-    let masks: Vec<_> = layers.par_iter().map(|e| mask(prepared, settings, e)).collect();
-    if masks.iter().all(Option::is_none) {
-        return;
+    let lights: Vec<&[Emitter]> = prepared.emitters.chunk_by(|a, b| a.light == b.light).collect();
+    let outlines: Vec<_> = lights.par_iter().filter_map(|layers| outline(prepared, settings, layers)).collect();
+    if outlines.is_empty() {
+        return sight;
     }
     let width = settings.width as usize;
     let rows = sight.emission.par_chunks_mut(width).zip(sight.through.par_chunks_mut(width));
     rows.enumerate().for_each(|(y, (emission, through))| {
+        let mut covering = Vec::new();
         for x in 0..width {
-            let (mut radiance, mut hidden) = (Vec3::ZERO, 0.0);
-            for (layer, mask) in layers.iter().zip(&masks) {
-                let Some(mask) = mask else { continue };
-                let coverage = f32::from(mask.data()[y * width + x]) / 255.0;
-                radiance += layer.radiance * coverage;
-                hidden += layer.opacity * coverage;
-            }
-            if hidden == 0.0 && radiance == Vec3::ZERO {
+            let there = |o: &'_ Outline<'_>| o.at(x as u32, y as u32);
+            covering.clear();
+            covering.extend(outlines.iter().filter(|o| there(o) != Vec4::ZERO));
+            if covering.is_empty() {
                 continue;
             }
-            let seen = unhidden(prepared, surfaces, settings, light, x as u32, y as u32);
-            let remains = 1.0 - hidden.min(1.0) * seen;
-            emission[x] = emission[x] * remains + radiance * seen;
-            through[x] *= remains;
+            let (mut light, mut rest) = (Vec3::ZERO, 0.0);
+            for &offset in &prepared.offsets {
+                let direction = settings.direction(&prepared.rays, x as u32, y as u32, offset);
+                // The nearest first; of two in one plane, the later in the scene.
+                covering.sort_by(|a, b| {
+                    let order = a.distance(direction).total_cmp(&b.distance(direction));
+                    order.then(b.light.light.cmp(&a.light.light))
+                });
+                let mut remains = 1.0;
+                for outline in &covering {
+                    let t = outline.distance(direction);
+                    if outline.is_seen(surfaces, direction, t) {
+                        light += there(outline).truncate() * remains;
+                        remains *= 1.0 - there(outline).w.min(1.0);
+                    }
+                }
+                rest += remains;
+            }
+            let share = 1.0 / prepared.offsets.len() as f32;
+            emission[x] = light * share;
+            through[x] = rest * share;
         }
     });
+    sight
 }
 
-/// The fraction of a pixel's samples at which no surface stands before the light's plane.
-fn unhidden(prepared: &Prepared, surfaces: &Surfaces<'_>, settings: &Settings, light: &Emitter, x: u32, y: u32) -> f32 {
-    let normal = light.placement.normal();
-    let depth = light.placement.origin.dot(normal);
-    let seen = prepared.offsets.iter().filter(|offset| {
-        let direction = settings.direction(&prepared.rays, x, y, **offset);
-        let t = depth / direction.as_dvec3().dot(normal);
-        // A light that touches a surface is not hidden by it.
-        surfaces.nearest(direction).is_none_or(|(_, hit)| f64::from(hit.t) > t * (1.0 - 1e-5))
-    });
-    seen.count() as f32 / prepared.offsets.len() as f32
+/// The outline of one light, whose layers add up. `None` where it is out of the picture or shows its dark back.
+fn outline<'a>(prepared: &Prepared, settings: &Settings, layers: &'a [Emitter]) -> Option<Outline<'a>> {
+    let light = &layers[0];
+    let front = -light.placement.normal().dot(light.placement.origin);
+    if front < 0.0 && !light.two_sided {
+        return None;
+    }
+    let paths: Vec<_> = layers.iter().filter_map(|e| Some((e, projected(prepared, settings, e)?))).collect();
+    let edge = |low: f32, limit: u32| (low.max(0.0) as u32).min(limit);
+    let reach = |f: fn(&Path) -> f32, pick: fn(f32, f32) -> f32| paths.iter().map(|(_, p)| f(p)).reduce(pick);
+    let left = edge(reach(|p| p.bounds().left(), f32::min)?.floor(), settings.width);
+    let top = edge(reach(|p| p.bounds().top(), f32::min)?.floor(), settings.height);
+    let right = edge(reach(|p| p.bounds().right(), f32::max)?.ceil() + 1.0, settings.width);
+    let bottom = edge(reach(|p| p.bounds().bottom(), f32::max)?.ceil() + 1.0, settings.height);
+    let (width, height) = (right.saturating_sub(left), bottom.saturating_sub(top));
+    let mut mask = Mask::new(width, height)?;
+    let mut pixels = vec![Vec4::ZERO; width as usize * height as usize];
+    for (layer, path) in &paths {
+        mask.clear();
+        mask.fill_path(path, FillRule::Winding, true, Transform::from_translate(-(left as f32), -(top as f32)));
+        let paint = layer.radiance.extend(layer.opacity) / 255.0;
+        pixels.iter_mut().zip(mask.data()).for_each(|(pixel, &c)| *pixel += paint * f32::from(c));
+    }
+    Some(Outline { light, origin: [left, top], size: [width, height], pixels })
 }
 
-/// Coverage of the picture's pixels by one emission. `None` where it is out of the picture.
-fn mask(prepared: &Prepared, settings: &Settings, emitter: &Emitter) -> Option<Mask> {
+/// One emission's contours in pixels. `None` where all of it is behind the camera.
+fn projected(prepared: &Prepared, settings: &Settings, emitter: &Emitter) -> Option<Path> {
     let rays = &prepared.rays;
     let (forward, right, up) =
         (rays.forward.truncate().as_dvec3(), rays.right.truncate().as_dvec3(), rays.up.truncate().as_dvec3());
@@ -106,18 +148,7 @@ fn mask(prepared: &Prepared, settings: &Settings, emitter: &Emitter) -> Option<M
         }
         path.close();
     }
-    let path = path.finish()?;
-    let bounds = path.bounds();
-    if bounds.right() < 0.0
-        || bounds.bottom() < 0.0
-        || bounds.left() > settings.width as f32
-        || bounds.top() > settings.height as f32
-    {
-        return None;
-    }
-    let mut mask = Mask::new(settings.width, settings.height)?;
-    mask.fill_path(&path, FillRule::Winding, true, Transform::identity());
-    Some(mask)
+    path.finish()
 }
 
 /// Points along a curve without its end.

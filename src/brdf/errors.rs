@@ -1,7 +1,7 @@
 //! How far a table is from GGX: relative L1, L2, L3 errors over α and θ.
 
 use super::ggx;
-use super::ltc::{Lobe, Table};
+use super::ltc::{self, Lobe, Table};
 use super::quadrature::{self, Grid};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -27,6 +27,14 @@ pub struct ErrorMap {
 }
 
 impl ErrorMap {
+    /// The errors of `table` in the middle of `n` × `n` equal parts of its axes (√α, √(1 − cos θ)).
+    pub fn between_nodes(table: &Table, n: usize) -> Self {
+        let middle = |k: usize| (k as f64 + 0.5) / n as f64;
+        let alphas: Vec<f64> = (0..n).map(|k| ltc::alpha_at(middle(k))).collect();
+        let cosines: Vec<f64> = (0..n).map(|k| ltc::cos_theta_at(middle(k))).collect();
+        table.error_map(&alphas, &cosines)
+    }
+
     /// Mean of E_1, E_2, E_3 over the map.
     pub fn mean(&self) -> [f64; 3] {
         let count = self.cells().count() as f64;

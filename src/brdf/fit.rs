@@ -4,7 +4,7 @@
 
 use super::ggx::{self, Albedo};
 use super::lobe::{PARAMETERS, Shape};
-use super::ltc::{Entry, Provenance, Table, TableError};
+use super::ltc::{self, ALPHA_MIN, Entry, Provenance, Table, TableError};
 use super::quadrature::{self, Grid};
 use glam::DVec3;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -44,6 +44,13 @@ impl Default for FitOptions {
     }
 }
 
+/// Times each node is solved: down its column, along its row, and back.
+const SWEEPS: usize = 3;
+/// α below which the error is weighed by one over the density of directions, so that the tail counts.
+const NARROW: f64 = 0.05;
+/// α above which the error is weighed as it is.
+const WIDE: f64 = 0.5;
+
 /// The best lobe found at a node so far.
 #[derive(Clone, Debug)]
 struct Solution {
@@ -66,9 +73,9 @@ struct Node {
 enum Freedom {
     /// Normal view: a round lobe about the normal; free: ln a.
     Round,
-    /// The horizon's tilt is given; free: tan(ψ − p), ln a, ln of the y entry.
+    /// The horizon's tilt is given; free: asinh tan(ψ − p), ln a, ln of the y entry.
     Pinned(f64),
-    /// Free: ψ/α, tan(ψ − p), ln a, ln of the y entry.
+    /// Free: ψ/α, asinh tan(ψ − p), ln a, ln of the y entry.
     Full,
 }
 
@@ -81,15 +88,14 @@ impl Freedom {
         }
     }
 
-    /// A neighbour's answer as a start, whatever its freedom was.
+    /// A neighbour's answer as a start. A round lobe hands on its width, the last but one of the others' parameters.
     fn adopt(self, free: &[f64]) -> Vec<f64> {
         let mut start = self.start();
-        let common = start.len().min(free.len());
-        if common == 1 {
-            let at = start.len().saturating_sub(2);
-            start[at] = free[free.len().saturating_sub(2)];
+        if start.len() == free.len() {
+            start.copy_from_slice(free);
         } else {
-            start.copy_from_slice(&free[..common]);
+            let width = start.len().saturating_sub(2);
+            start[width] = free[free.len().saturating_sub(2)];
         }
         start
     }
@@ -97,10 +103,10 @@ impl Freedom {
     fn shape(self, alpha: f64, q: &[f64]) -> Shape {
         match self {
             Self::Round => Shape { axis: 0.0, horizon: 0.0, ln_width: q[0], ln_inv_y: 0.0 },
-            Self::Pinned(p) => Shape { axis: p + q[0].atan(), horizon: p, ln_width: q[1], ln_inv_y: q[2] },
+            Self::Pinned(p) => Shape { axis: p + q[0].sinh().atan(), horizon: p, ln_width: q[1], ln_inv_y: q[2] },
             Self::Full => {
                 let axis = alpha * q[0];
-                Shape { axis, horizon: axis - q[1].atan(), ln_width: q[2], ln_inv_y: q[3] }
+                Shape { axis, horizon: axis - q[1].sinh().atan(), ln_width: q[2], ln_inv_y: q[3] }
             }
         }
     }
@@ -109,8 +115,8 @@ impl Freedom {
     fn gradient(self, alpha: f64, q: &[f64], [axis, horizon, width, inv_y]: [f64; PARAMETERS]) -> [f64; PARAMETERS] {
         match self {
             Self::Round => [width, 0.0, 0.0, 0.0],
-            Self::Pinned(_) => [axis / (1.0 + q[0] * q[0]), width, inv_y, 0.0],
-            Self::Full => [alpha * (axis + horizon), -horizon / (1.0 + q[1] * q[1]), width, inv_y],
+            Self::Pinned(_) => [axis / q[0].cosh(), width, inv_y, 0.0],
+            Self::Full => [alpha * (axis + horizon), -horizon / q[1].cosh(), width, inv_y],
         }
     }
 }
@@ -126,7 +132,7 @@ impl Node {
             Tilt::MeanDirection => Freedom::Pinned((v.z * mean.x + v.x * mean.z).atan2(v.z * mean.z - v.x * mean.x)),
         };
         // Narrow lobes are matched relative to their density, or the tail would not count; wide ones absolutely.
-        let relative = ((0.5f64.sqrt() - alpha.sqrt()) / (0.5f64.sqrt() - 0.1f64.sqrt())).clamp(0.0, 1.0);
+        let relative = ((WIDE.sqrt() - alpha.sqrt()) / (WIDE.sqrt() - NARROW.sqrt())).clamp(0.0, 1.0);
         let sample = |&(l, w): &(DVec3, f64)| {
             let density = 0.8 * ggx::visible_density(alpha, v, l) + 0.2 / TAU;
             (l, ggx::brdf_cos(alpha, v, l), (w * density.powf(-relative)).sqrt())
@@ -135,8 +141,12 @@ impl Node {
         Self { alpha, v, albedo: ggx::albedo(alpha, cos_theta), freedom, samples }
     }
 
-    fn solve(&self, start: &[f64]) -> Solution {
-        let problem = Problem { node: self, free: DVector::from_column_slice(start) };
+    fn start(&self) -> Solution {
+        Solution { free: self.freedom.start(), cost: f64::INFINITY }
+    }
+
+    fn solve(&self, start: &Solution) -> Solution {
+        let problem = Problem { node: self, free: DVector::from_vec(self.freedom.adopt(&start.free)) };
         let (problem, report) = LevenbergMarquardt::new().with_patience(60).minimize(problem);
         let free = problem.free.as_slice().to_vec();
         // A lobe whose axis is below the true horizon may match by its tail; it doesn't blend with its neighbours.
@@ -145,8 +155,8 @@ impl Node {
         Solution { free, cost: if sound { report.objective_function } else { f64::INFINITY } }
     }
 
-    fn entry(&self, free: &[f64]) -> Entry {
-        self.freedom.shape(self.alpha, free).entry(self.alpha, self.v, self.albedo)
+    fn entry(&self, solution: &Solution) -> Entry {
+        self.freedom.shape(self.alpha, &solution.free).entry(self.alpha, self.v, self.albedo)
     }
 }
 
@@ -199,67 +209,115 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
 /// Deterministic: the same options give the same table on every machine with the same elementary functions.
 ///
 /// # Errors
-/// [`TableError::Axes`] for fewer than 2 × 2 nodes.
+/// [`TableError::Axes`] for fewer than 2 × 2 nodes or too many, [`TableError::Entry`] where no sound lobe was found.
 pub fn fit_table(options: &FitOptions, progress: &(dyn Fn(f64) + Sync)) -> Result<Table, TableError> {
     let [rows, columns] = [options.alphas, options.thetas];
-    let p = options.grid;
-    let provenance = Provenance {
-        half_vectors: p.normals.map(|n| n as u32),
-        hemisphere: p.directions.map(|n| n as u32),
-        free_tilt: options.tilt == Tilt::Free,
+    ltc::check_axes(rows, columns, ALPHA_MIN)?;
+    let node = |k: usize| {
+        let alpha = ltc::alpha_at((k / columns) as f64 / (rows - 1) as f64);
+        Node::new(alpha, ltc::cos_theta_at((k % columns) as f64 / (columns - 1) as f64), options)
     };
-    // Sizes, and the axes, are checked by an empty table of the same shape.
-    let axes = Table::new(
-        rows,
-        columns,
-        provenance,
-        &vec![Entry { ux: 1.0, beta: 1.0, magnitude: 1.0, ..Entry::default() }; rows * columns],
-    )?;
-    let nodes: Vec<Node> = (0..rows * columns)
-        .into_par_iter()
-        .map(|k| Node::new(axes.alpha(k / columns), axes.cos_theta(k % columns), options))
-        .collect();
+    let nodes: Vec<Node> = (0..rows * columns).into_par_iter().map(node).collect();
 
     let solved = AtomicUsize::new(0);
-    let solve = |node: &Node, start: &[f64]| {
+    let solve = |node: &Node, start: &Solution| {
         let count = solved.fetch_add(1, Ordering::Relaxed) + 1;
         progress((count as f64 / (SWEEPS * rows * columns) as f64).min(1.0));
-        node.solve(&node.freedom.adopt(start))
+        node.solve(start)
     };
-    // First the row alpha = 1 from normal view on, then every column down to the mirror.
-    let mut last_row = Vec::with_capacity(columns);
-    for node in &nodes[(rows - 1) * columns..] {
-        let start = last_row.last().map_or_else(|| node.freedom.start(), |s: &Solution| s.free.clone());
-        last_row.push(solve(node, &start));
+    // The row alpha = 1 from normal view on; every column from there down to the mirror; every row there and back.
+    let inner = columns - 1;
+    let mut widest: Vec<Solution> = Vec::with_capacity(inner);
+    for node in &nodes[(rows - 1) * columns..][..inner] {
+        let start = widest.last().cloned().unwrap_or_else(|| node.start());
+        widest.push(solve(node, &start));
     }
-    let by_column: Vec<Vec<Solution>> = last_row
-        .into_par_iter()
-        .enumerate()
-        .map(|(j, top)| {
-            let mut column = vec![top];
-            for i in (0..rows - 1).rev() {
-                column.push(solve(&nodes[i * columns + j], &column[column.len() - 1].free));
-            }
-            column.reverse();
-            column
-        })
-        .collect();
-    let mut best: Vec<Solution> = (0..rows * columns).map(|k| by_column[k % columns][k / columns].clone()).collect();
-    let keep = |line: &mut [Solution], line_nodes: &[&Node], to: usize, from: usize| {
-        let found = solve(line_nodes[to], &line[from].free);
-        if found.cost < line[to].cost {
-            line[to] = found;
+    let downwards = |(j, top): (usize, Solution)| {
+        let mut column = vec![top];
+        for i in (0..rows - 1).rev() {
+            column.push(solve(&nodes[i * columns + j], &column[column.len() - 1]));
         }
+        column
     };
-    best.par_chunks_mut(columns).enumerate().for_each(|(i, line)| {
-        let line_nodes: Vec<&Node> = nodes[i * columns..(i + 1) * columns].iter().collect();
-        (1..columns).for_each(|j| keep(line, &line_nodes, j, j - 1));
-        (0..columns - 1).rev().for_each(|j| keep(line, &line_nodes, j, j + 1));
-    });
-    let entries: Vec<Entry> = nodes.iter().zip(&best).map(|(node, s)| node.entry(&s.free)).collect();
+    let by_column: Vec<Vec<Solution>> = widest.into_par_iter().enumerate().map(downwards).collect();
+    let sweep = |i: usize| {
+        let row = &nodes[i * columns..(i + 1) * columns];
+        let mut best: Vec<Solution> = by_column.iter().map(|column| column[rows - 1 - i].clone()).collect();
+        let there = (1..inner).map(|j| (j, j - 1));
+        let back = (1..inner).rev().map(|j| (j - 1, j));
+        for (to, from) in there.chain(back) {
+            let found = solve(&row[to], &best[from]);
+            if found.cost < best[to].cost {
+                best[to] = found;
+            }
+        }
+        best.push(grazing(&row[inner - 1], &best[inner - 1], &row[inner], options));
+        best
+    };
+    let solutions: Vec<Solution> = (0..rows).into_par_iter().flat_map_iter(sweep).collect();
     progress(1.0);
+    if let Some(k) = solutions.iter().position(|s| !s.cost.is_finite()) {
+        return Err(TableError::Entry { row: k / columns, column: k % columns });
+    }
+    let entries: Vec<Entry> = nodes.iter().zip(&solutions).map(|(node, s)| node.entry(s)).collect();
+    let provenance = Provenance {
+        normals: options.grid.normals.map(|n| n as u32),
+        directions: options.grid.directions.map(|n| n as u32),
+        free_tilt: options.tilt == Tilt::Free,
+    };
     Table::new(rows, columns, provenance, &entries)
 }
 
-/// Times each node is solved: down its column, along its row, and back.
-const SWEEPS: usize = 3;
+/// The lobe at grazing view, from that of the column before. Narrow lobes turn within cos θ ≈ α, so the way there is
+/// taken in small steps.
+fn grazing(before: &Node, solution: &Solution, last: &Node, options: &FitOptions) -> Solution {
+    let mut step = solution.clone();
+    let mut cos_theta = before.v.z;
+    while cos_theta > 0.02 * last.alpha {
+        cos_theta *= 0.75;
+        step = Node::new(last.alpha, cos_theta, options).solve(&step);
+    }
+    last.solve(&step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRID: Grid = Grid { normals: [8, 6], directions: [6, 5] };
+
+    /// Largest difference of the analytic Jacobian from central differences, relative to the column's largest entry.
+    fn jacobian_error(tilt: Tilt, alpha: f64, cos_theta: f64, free: &[f64], meant: &[f64]) -> f64 {
+        let node = Node::new(alpha, cos_theta, &FitOptions { alphas: 2, thetas: 2, grid: GRID, tilt });
+        let residuals = |free: Vec<f64>| Problem { node: &node, free: DVector::from_vec(free) }.residuals().unwrap();
+        let jacobian = Problem { node: &node, free: DVector::from_column_slice(meant) }.jacobian().unwrap();
+        let column_error = |k: usize| {
+            let moved = |h: f64| {
+                let mut free = free.to_vec();
+                free[k] += h;
+                residuals(free)
+            };
+            let difference = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+            (&difference - jacobian.column(k)).amax() / difference.amax()
+        };
+        (0..free.len()).map(column_error).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn jacobian_is_the_derivative() {
+        for (tilt, cos_theta, free) in [
+            (Tilt::Free, 1.0, vec![0.5]),
+            (Tilt::MeanDirection, 0.4, vec![-0.3, 0.6, 0.2]),
+            (Tilt::Free, 0.7, vec![0.2, -0.4, 0.7, 0.3]),
+            (Tilt::Free, 0.05, vec![1.5, -2.0, 1.8, 1.6]),
+        ] {
+            for alpha in [0.02, 0.3, 1.0] {
+                let error = jacobian_error(tilt, alpha, cos_theta, &free, &free);
+                assert!(error < 1e-5, "{tilt:?} alpha {alpha} cos {cos_theta}: {error}");
+                let elsewhere: Vec<f64> = free.iter().map(|x| x * 1.01).collect();
+                let error = jacobian_error(tilt, alpha, cos_theta, &free, &elsewhere);
+                assert!(error > 1e-4, "{tilt:?} alpha {alpha} cos {cos_theta}: taken elsewhere only {error}");
+            }
+        }
+    }
+}

@@ -104,3 +104,30 @@ impl Transform {
         (0.5 + 0.5 * z / length, [by_axis, by_horizon, by_width, 0.0])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::errors::density;
+    use crate::brdf::ltc::{ALPHA_MIN, Provenance, Table, alpha_at, cos_theta_at};
+
+    #[test]
+    fn table_gives_the_lobe_back() {
+        let shape = Shape { axis: 0.2, horizon: 0.9, ln_width: 0.6, ln_inv_y: 0.3 };
+        let albedo = Albedo { magnitude: 0.9, fresnel: 0.1 };
+        let provenance = Provenance { normals: [0, 0], directions: [0, 0], free_tilt: true };
+        let (alpha, cos_theta) = (alpha_at(0.5), cos_theta_at(0.5));
+        let v = crate::brdf::ggx::view(cos_theta);
+        let entry = shape.entry(alpha, v, albedo);
+        let table = Table::new(3, 3, provenance, &[entry; 9]).unwrap();
+        let lobe = table.lobe(alpha as f32, cos_theta as f32);
+        let transform = shape.transform(alpha, v);
+        assert!(alpha > f64::from(ALPHA_MIN) && (f64::from(lobe.above) - transform.above().0).abs() < 1e-6);
+        let other = Shape { axis: 0.201, ..shape }.transform(alpha, v);
+        for l in [DVec3::Z, DVec3::new(-0.6, 0.0, 0.8), DVec3::new(-0.48, 0.6, 0.64), DVec3::new(0.28, 0.0, 0.96)] {
+            let (kept, fitted) = (density(&lobe, l), transform.density(l).0);
+            assert!((kept - fitted).abs() < 1e-5 * fitted, "{l}: {kept} instead of {fitted}");
+            assert!((kept - other.density(l).0).abs() > 1e-5 * fitted, "{l}: another lobe is the same");
+        }
+    }
+}

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | v, θ | view direction (sin θ, 0, cos θ) |
 //! | r | mirror direction (−sin θ, 0, cos θ): the lobe leans to −x |
-//! | M | world of the lobe from cosine space: D(ω) = D_o(M⁻¹ω/\|M⁻¹ω\|)·det M⁻¹/\|M⁻¹ω\|³, D_o = max(z, 0)/π |
+//! | M | shading frame from cosine space: D(ω) = D_o(M⁻¹ω/\|M⁻¹ω\|)·det M⁻¹/\|M⁻¹ω\|³, D_o = max(z, 0)/π |
 //! | c, s | cos θ, sin θ |
 //!
 //! Heitz, Dupuy, Hill, Neubelt, *Real-Time Polygonal-Light Shading with Linearly Transformed Cosines*, SIGGRAPH 2016.
@@ -26,6 +26,9 @@ use std::sync::LazyLock;
 
 /// Smallest α of the table; [`Table::lobe`] clamps to it.
 pub const ALPHA_MIN: f32 = 1e-4;
+
+/// Most nodes along either axis.
+pub const MAX_NODES: usize = 1024;
 
 const MAGIC: [u8; 8] = *b"GLYPHLTC";
 const VERSION: u32 = 1;
@@ -64,9 +67,9 @@ impl InverseMatrix {
 
 /// One linearly transformed cosine, ready for integration.
 ///
-/// The reflected radiance of a light clipped at both horizons is `radiance · E · albedo / above`, where E is the integral
-/// of DESIGN's §3 in cosine space over the directions with z > 0 and `m_row_z`·p > 0, and albedo =
-/// F0·(magnitude − fresnel) + F90·fresnel. Without the second clip leave `above` out.
+/// The reflected radiance of a light is `radiance · E · albedo / above`, where E is the integral of the clamped cosine
+/// over the light as it stands in cosine space, clipped at both horizons (z > 0 and `m_row_z`·p > 0), and albedo =
+/// F0·(magnitude − fresnel) + F90·fresnel. Where the second clip is left out, so is `above`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lobe {
     /// M⁻¹ up to a positive factor.
@@ -120,9 +123,9 @@ pub enum TableError {
     #[error("LTC table of {alphas} × {thetas} entries: {found} bytes instead of {expected}")]
     Length {
         /// Rows (α) by the head.
-        alphas: u32,
+        alphas: usize,
         /// Columns (θ) by the head.
-        thetas: u32,
+        thetas: usize,
         /// Bytes needed.
         expected: usize,
         /// Bytes given.
@@ -137,12 +140,14 @@ pub enum TableError {
         found: u32,
     },
     /// Sizes that no fit makes, or another α axis.
-    #[error("LTC table: {alphas} × {thetas} entries from alpha {alpha_min}: needs at least 2 × 2 from {ALPHA_MIN}")]
+    #[error(
+        "LTC table: {alphas} × {thetas} entries from alpha {alpha_min}: must be 2 to {MAX_NODES} each way, from {ALPHA_MIN}"
+    )]
     Axes {
         /// Rows (α).
-        alphas: u32,
+        alphas: usize,
         /// Columns (θ).
-        thetas: u32,
+        thetas: usize,
         /// First α.
         alpha_min: f32,
     },
@@ -156,14 +161,14 @@ pub enum TableError {
     },
 }
 
-/// The quadrature a table was fitted with, kept in its head.
+/// How a table was fitted, kept in its head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Provenance {
-    /// Half vectors: rings and azimuths of half a turn.
-    pub half_vectors: [u32; 2],
-    /// Directions of the hemisphere: heights and azimuths of half a turn.
-    pub hemisphere: [u32; 2],
-    /// 1 = free tilt of the lobe's horizon, 0 = pinned to the mean direction.
+    /// Visible normals of the error sum: rings and azimuths of half a turn.
+    pub normals: [u32; 2],
+    /// Plain directions of the error sum: heights and azimuths of half a turn.
+    pub directions: [u32; 2],
+    /// Whether the tilt of the lobe's horizon was fitted, not pinned to the mean direction.
     pub free_tilt: bool,
 }
 
@@ -173,6 +178,9 @@ pub struct Table {
     alphas: usize,
     thetas: usize,
     provenance: Provenance,
+    /// √α of the first row, and rows per √α.
+    first: f32,
+    steps: f32,
     /// Rows of equal α: ux, uz, β, τx | τz, magnitude, fresnel, 0.
     texels: Vec<[Vec4; 2]>,
 }
@@ -191,12 +199,10 @@ impl Table {
     /// # Errors
     /// [`TableError::Axes`], [`TableError::Length`] or [`TableError::Entry`].
     pub fn new(alphas: usize, thetas: usize, provenance: Provenance, entries: &[Entry]) -> Result<Self, TableError> {
-        if alphas < 2 || thetas < 2 {
-            return Err(TableError::Axes { alphas: alphas as u32, thetas: thetas as u32, alpha_min: ALPHA_MIN });
-        }
+        check_axes(alphas, thetas, ALPHA_MIN)?;
         if entries.len() != alphas * thetas {
             let (expected, found) = (alphas * thetas * CHANNELS * 4, entries.len() * CHANNELS * 4);
-            return Err(TableError::Length { alphas: alphas as u32, thetas: thetas as u32, expected, found });
+            return Err(TableError::Length { alphas, thetas, expected, found });
         }
         for (k, e) in entries.iter().enumerate() {
             let sound =
@@ -207,7 +213,9 @@ impl Table {
         }
         let texel =
             |e: &Entry| [Vec4::new(e.ux, e.uz, e.beta, e.tau_x), Vec4::new(e.tau_z, e.magnitude, e.fresnel, 0.0)];
-        Ok(Self { alphas, thetas, provenance, texels: entries.iter().map(texel).collect() })
+        let first = ALPHA_MIN.sqrt();
+        let steps = (alphas - 1) as f32 / (1.0 - first);
+        Ok(Self { alphas, thetas, provenance, first, steps, texels: entries.iter().map(texel).collect() })
     }
 
     /// Reads what [`Table::to_bytes`] wrote.
@@ -219,28 +227,25 @@ impl Table {
         if bytes.len() < HEADER_BYTES || bytes[..8] != MAGIC || u32_at(8) != VERSION {
             return Err(TableError::Magic(bytes[..bytes.len().min(12)].to_vec()));
         }
-        let (alphas, thetas, alpha_min) = (u32_at(12), u32_at(16), f32::from_bits(u32_at(20)));
-        if alphas < 2 || thetas < 2 || alphas > 4096 || thetas > 4096 || alpha_min != ALPHA_MIN {
-            return Err(TableError::Axes { alphas, thetas, alpha_min });
-        }
-        let expected = HEADER_BYTES + alphas as usize * thetas as usize * CHANNELS * 4;
+        let (alphas, thetas) = (u32_at(12) as usize, u32_at(16) as usize);
+        check_axes(alphas, thetas, f32::from_bits(u32_at(20)))?;
+        let expected = HEADER_BYTES + alphas * thetas * CHANNELS * 4;
         if bytes.len() != expected {
             return Err(TableError::Length { alphas, thetas, expected, found: bytes.len() });
         }
         let provenance = Provenance {
-            half_vectors: [u32_at(24), u32_at(28)],
-            hemisphere: [u32_at(32), u32_at(36)],
+            normals: [u32_at(24), u32_at(28)],
+            directions: [u32_at(32), u32_at(36)],
             free_tilt: u32_at(40) == 1,
         };
         let (expected, found) = (u32_at(44), fnv1a(&bytes[HEADER_BYTES..]));
         if expected != found {
             return Err(TableError::Checksum { expected, found });
         }
-        let count = alphas as usize * thetas as usize;
         let entry = |k: usize| {
             Entry::from_channels(std::array::from_fn(|c| f32::from_bits(u32_at(HEADER_BYTES + (k * CHANNELS + c) * 4))))
         };
-        Self::new(alphas as usize, thetas as usize, provenance, &(0..count).map(entry).collect::<Vec<_>>())
+        Self::new(alphas, thetas, provenance, &(0..alphas * thetas).map(entry).collect::<Vec<_>>())
     }
 
     /// The table as bytes, little-endian: magic, version, sizes, first α, provenance, FNV-1a of the rest, entries.
@@ -253,10 +258,10 @@ impl Table {
             self.alphas as u32,
             self.thetas as u32,
             ALPHA_MIN.to_bits(),
-            p.half_vectors[0],
-            p.half_vectors[1],
-            p.hemisphere[0],
-            p.hemisphere[1],
+            p.normals[0],
+            p.normals[1],
+            p.directions[0],
+            p.directions[1],
             u32::from(p.free_tilt),
             fnv1a(&body),
         ];
@@ -274,17 +279,6 @@ impl Table {
     /// How the table was fitted.
     pub const fn provenance(&self) -> Provenance {
         self.provenance
-    }
-
-    /// α of a row.
-    pub fn alpha(&self, row: usize) -> f64 {
-        let low = f64::from(ALPHA_MIN).sqrt();
-        (low + (1.0 - low) * row as f64 / (self.alphas - 1) as f64).powi(2)
-    }
-
-    /// cos θ of a column.
-    pub fn cos_theta(&self, column: usize) -> f64 {
-        1.0 - (column as f64 / (self.thetas - 1) as f64).powi(2)
     }
 
     /// The entry at a node.
@@ -307,29 +301,30 @@ impl Table {
     /// Bilinear in (√α, √(1 − cos θ)). Total: any f32 gives a finite lobe (NaN counts as the lower end). At normal view
     /// the lobe is round to the bit, so that the choice of the frame about the normal does not matter.
     #[inline]
+    #[expect(clippy::manual_clamp, reason = "clamp would hand NaN on")]
     pub fn lobe(&self, alpha: f32, cos_theta: f32) -> Lobe {
         let alpha = alpha.max(ALPHA_MIN).min(1.0);
         let c = cos_theta.max(0.0).min(1.0);
         let half = (1.0 - c).sqrt();
         let s = half * (1.0 + c).sqrt();
 
-        let low = ALPHA_MIN.sqrt();
-        let x = (alpha.sqrt() - low) / (1.0 - low) * (self.alphas - 1) as f32;
+        let x = (alpha.sqrt() - self.first) * self.steps;
         let y = half * (self.thetas - 1) as f32;
-        let i = (x as usize).min(self.alphas - 2);
-        let j = (y as usize).min(self.thetas - 2);
+        let (i, j) = ((x as u32).min(self.alphas as u32 - 2), (y as u32).min(self.thetas as u32 - 2));
         let (fx, fy) = (x - i as f32, y - j as f32);
-        let k = i * self.thetas + j;
-        let at = |column: usize, part: usize| {
-            let (low, high) = (self.texels[k + column][part], self.texels[k + column + self.thetas][part]);
-            low + (high - low) * fx
+        let k = i as usize * self.thetas + j as usize;
+        let (low, high) = (&self.texels[k..k + 2], &self.texels[k + self.thetas..k + self.thetas + 2]);
+        let blend = |part: usize| {
+            let left = low[0][part] + (high[0][part] - low[0][part]) * fx;
+            let right = low[1][part] + (high[1][part] - low[1][part]) * fx;
+            left + (right - left) * fy
         };
-        let [ux, uz, beta, tau_x] = (at(0, 0) + (at(1, 0) - at(0, 0)) * fy).to_array();
-        let [tau_z, magnitude, fresnel, _] = (at(0, 1) + (at(1, 1) - at(0, 1)) * fy).to_array();
+        let [ux, uz, beta, tau_x] = blend(0).to_array();
+        let [tau_z, magnitude, fresnel, _] = blend(1).to_array();
 
         let tx = alpha * tau_x * c - tau_z * s;
         let tz = alpha * tau_x * s + tau_z * c;
-        // The adjugate of M over the area of its 2 × 2 block's unit, which leaves one division.
+        // M⁻¹ times α·area, the determinant of M's block in the plane of incidence: one division is left.
         let area = ux * tz - uz * tx;
         let m_inv = InverseMatrix { xx: tz, xz: -tx, yy: area / (beta * beta), zx: -alpha * uz, zz: alpha * ux };
         let m_row_z = Vec3::new(alpha * uz, 0.0, tz);
@@ -337,6 +332,26 @@ impl Table {
         let above = 0.5 + 0.5 * tz / (m_row_z.x * m_row_z.x + tz * tz).sqrt();
         Lobe { m_inv, m_row_z, magnitude, fresnel, above }
     }
+}
+
+/// α at `share` of the table's axis, 0 to 1: equal steps of √α.
+pub fn alpha_at(share: f64) -> f64 {
+    let first = f64::from(ALPHA_MIN).sqrt();
+    (first + (1.0 - first) * share).powi(2)
+}
+
+/// cos θ at `share` of the table's axis, 0 to 1: equal steps of √(1 − cos θ).
+pub fn cos_theta_at(share: f64) -> f64 {
+    1.0 - share * share
+}
+
+/// Whether a table may have these axes.
+pub(super) fn check_axes(alphas: usize, thetas: usize, alpha_min: f32) -> Result<(), TableError> {
+    let allowed = 2..=MAX_NODES;
+    if allowed.contains(&alphas) && allowed.contains(&thetas) && alpha_min == ALPHA_MIN {
+        return Ok(());
+    }
+    Err(TableError::Axes { alphas, thetas, alpha_min })
 }
 
 /// FNV-1a, 32 bits.

@@ -4,7 +4,7 @@ use super::ggx;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Size of a [`hemisphere`]: rings × azimuths of visible normals, heights × azimuths of plain directions. Azimuths
+/// Size of a `hemisphere`: rings × azimuths of visible normals, heights × azimuths of plain directions. Azimuths
 /// cover half a turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {

@@ -87,11 +87,20 @@ pub struct Display {
 impl Display {
     /// sRGB bytes of a radiance at pixel (x, y). Negative components count as 0; `radiance` is finite.
     pub fn encode(&self, radiance: [f32; 3], x: u32, y: u32) -> [u8; 3] {
+        self.quantize(self.develop(radiance), x, y)
+    }
+
+    /// Exposes and tone-maps: linear light of the display, 0 to 1.
+    pub fn develop(&self, radiance: [f32; 3]) -> [f64; 3] {
         let gain = self.exposure.exp2();
         // The bound keeps a huge exposure finite; everything there is white in every tone map.
-        let exposed = radiance.map(|c| (f64::from(c) * gain).clamp(0.0, 1e30));
+        self.tone_map.apply(radiance.map(|c| (f64::from(c) * gain).clamp(0.0, 1e30)))
+    }
+
+    /// sRGB bytes of the display's light at pixel (x, y).
+    pub fn quantize(&self, light: [f64; 3], x: u32, y: u32) -> [u8; 3] {
         let threshold = if self.dither { interleaved_gradient_noise(x, y) } else { 0.5 };
-        self.tone_map.apply(exposed).map(|c| (srgb_encode(c) * 255.0 + threshold).floor().clamp(0.0, 255.0) as u8)
+        light.map(|c| (srgb_encode(c) * 255.0 + threshold).floor().clamp(0.0, 255.0) as u8)
     }
 }
 

@@ -17,13 +17,18 @@ const REC_709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.3290),
 };
 
-/// Encodes R, G, B (the sum) and `diffuse.*`, `specular.*`, `emission.*` in one part, so that every viewer finds the
+/// Encodes R, G, B (the sum) and `diffuse.*`, `specular.*`, `emission.*` (with the matte as its alpha), `background.*` in one part, so that every viewer finds the
 /// picture and those that know layers find them. 32-bit float, ZIP: every bit comes back.
 pub(super) fn encode(film: &Film, out: impl Write + Seek, path: &Path) -> Result<(), FilmError> {
     let beauty: Vec<_> = film.beauty().collect();
-    let layers =
-        [("", &beauty), ("diffuse.", &film.diffuse), ("specular.", &film.specular), ("emission.", &film.emission)];
-    let channels: SmallVec<[_; 4]> = layers
+    let layers = [
+        ("", &beauty),
+        ("diffuse.", &film.diffuse),
+        ("specular.", &film.specular),
+        ("emission.", &film.emission),
+        ("background.", &film.background),
+    ];
+    let mut channels: SmallVec<[_; 4]> = layers
         .iter()
         .flat_map(|(layer, pixels)| {
             ["R", "G", "B"].iter().enumerate().map(move |(c, name)| {
@@ -32,6 +37,7 @@ pub(super) fn encode(film: &Film, out: impl Write + Seek, path: &Path) -> Result
             })
         })
         .collect();
+    channels.push(AnyChannel::new(Text::from("emission.A"), FlatSamples::F32(film.matte.clone())));
     let attributes = LayerAttributes {
         software_name: Some(Text::from(concat!("glyphlight ", env!("CARGO_PKG_VERSION")))),
         ..LayerAttributes::default()

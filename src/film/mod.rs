@@ -1,5 +1,6 @@
 //! [`Film`]: the picture as linear Rec.709 radiance, in layers, and its files.
 
+pub mod diagram;
 pub mod display;
 mod exr;
 mod png;
@@ -19,8 +20,12 @@ pub struct Film {
     pub diffuse: Vec<[f32; 3]>,
     /// Light reflected by the specular part.
     pub specular: Vec<[f32; 3]>,
-    /// The lights themselves and the background, as the camera sees them.
+    /// The lights themselves, as the camera sees them.
     pub emission: Vec<[f32; 3]>,
+    /// The background where nothing hides it.
+    pub background: Vec<[f32; 3]>,
+    /// The part of the pixel that the lights cover, 0 to 1: the other layers are already reduced by it.
+    pub matte: Vec<f32>,
 }
 
 /// Why a picture cannot be written.
@@ -56,7 +61,17 @@ pub enum FilmError {
         /// What the pixel holds.
         radiance: [f32; 3],
     },
-    /// The folder or the file cannot be written.
+    /// No file can be made where the picture should be.
+    #[error("{}: no file can be made in the folder {}: {reason}", path.display(), folder.display())]
+    Folder {
+        /// The file.
+        path: PathBuf,
+        /// Its folder.
+        folder: PathBuf,
+        /// What the system says.
+        reason: String,
+    },
+    /// The file cannot be written.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file.
@@ -102,13 +117,28 @@ impl Film {
     /// A black picture.
     pub fn new(width: u32, height: u32) -> Self {
         let black = vec![[0.0; 3]; width as usize * height as usize];
-        Self { width, height, diffuse: black.clone(), specular: black.clone(), emission: black }
+        Self {
+            width,
+            height,
+            matte: vec![0.0; black.len()],
+            diffuse: black.clone(),
+            specular: black.clone(),
+            emission: black.clone(),
+            background: black,
+        }
     }
 
     /// The sum of the layers.
     pub fn beauty(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
-        let layers = self.diffuse.iter().zip(&self.specular).zip(&self.emission);
-        layers.map(|((d, s), e)| core::array::from_fn(|c| d[c] + s[c] + e[c]))
+        (0..self.diffuse.len()).map(|i| {
+            let behind = self.behind(i);
+            core::array::from_fn(|c| behind[c] + self.emission[i][c])
+        })
+    }
+
+    /// What is seen of surfaces and background at a pixel.
+    fn behind(&self, i: usize) -> [f32; 3] {
+        core::array::from_fn(|c| self.diffuse[i][c] + self.specular[i][c] + self.background[i][c])
     }
 
     /// Writes the picture, as PNG or EXR by the ending of `path`. `display` applies to PNG; EXR holds radiance as it is.
@@ -120,29 +150,94 @@ impl Film {
     /// Another ending, a picture without pixels, a pixel that is no colour (PNG), or what the system or the encoder says.
     /// Every error names `path`.
     pub fn write(&self, path: &Path, display: &Display) -> Result<(), FilmError> {
+        self.encode(path, display)?.keep()
+    }
+
+    /// As [`Film::write`], but for the last step: the file has its name from [`Pending::keep`] on. Of several files either
+    /// all can be kept or none.
+    ///
+    /// # Errors
+    /// As [`Film::write`].
+    pub fn encode(&self, path: &Path, display: &Display) -> Result<Pending, FilmError> {
         let format = Format::of(path)?;
         let pixels = self.width as usize * self.height as usize;
         let layers = [&self.diffuse, &self.specular, &self.emission].map(Vec::len);
-        if pixels == 0 || layers != [pixels; 3] {
+        if pixels == 0 || layers != [pixels; 3] || self.background.len() != pixels || self.matte.len() != pixels {
             return Err(FilmError::Size { path: path.into(), width: self.width, height: self.height, layers });
         }
+        Pending::new(path, |out| match format {
+            Format::Png => png::encode(self, display, out, path),
+            Format::Exr => exr::encode(self, out, path),
+        })
+    }
+}
+
+/// A file that is written whole under a temporary name beside its place, and vanishes unless it is kept.
+#[must_use]
+#[derive(Debug)]
+pub struct Pending {
+    file: tempfile::NamedTempFile,
+    path: PathBuf,
+}
+
+impl Pending {
+    /// Lets `fill` write what will be the file `path`.
+    ///
+    /// # Errors
+    /// What `fill` says, or the system; the latter with `path`.
+    pub fn new(
+        path: &Path,
+        fill: impl FnOnce(&mut BufWriter<&mut std::fs::File>) -> Result<(), FilmError>,
+    ) -> Result<Self, FilmError> {
         let io = |source| FilmError::Io { path: path.into(), source };
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut builder = tempfile::Builder::new();
         builder.prefix(".glyphlight-");
         // A temporary file is its owner's alone; a picture has the permissions of any new file.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let mut file = builder.tempfile_in(folder).map_err(io)?;
-        {
-            let mut out = BufWriter::new(file.as_file_mut());
-            match format {
-                Format::Png => png::encode(self, display, &mut out, path)?,
-                Format::Exr => exr::encode(self, &mut out, path)?,
-            }
-            out.flush().map_err(io)?;
-        }
-        file.persist(path).map_err(|e| io(e.error))?;
+        let mut file = builder.tempfile_in(folder(path)).map_err(|e| no_file(path, e.kind()))?;
+        let mut out = BufWriter::new(file.as_file_mut());
+        fill(&mut out)?;
+        out.flush().map_err(io)?;
+        drop(out);
+        Ok(Self { file, path: path.into() })
+    }
+
+    /// Gives the file its name, over whatever file was there.
+    ///
+    /// # Errors
+    /// What the system says, with the path.
+    pub fn keep(self) -> Result<(), FilmError> {
+        let Self { file, path } = self;
+        file.persist(&path).map_err(|e| FilmError::Io { path, source: e.error })?;
         Ok(())
     }
+}
+
+/// Whether a file can be written at `path`; asked before the work that fills it. Nothing is left there.
+///
+/// # Errors
+/// [`FilmError::Folder`], or [`FilmError::Io`] where `path` is a folder.
+pub fn check_writable(path: &Path) -> Result<(), FilmError> {
+    if path.is_dir() {
+        let source = std::io::ErrorKind::IsADirectory.into();
+        return Err(FilmError::Io { path: path.into(), source });
+    }
+    tempfile::tempfile_in(folder(path)).map_err(|e| no_file(path, e.kind()))?;
+    Ok(())
+}
+
+/// The folder in which a file lies.
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+fn no_file(path: &Path, kind: std::io::ErrorKind) -> FilmError {
+    let folder = folder(path);
+    let reason = match kind {
+        std::io::ErrorKind::NotFound if !folder.exists() => "there is no such folder".into(),
+        _ if folder.exists() && !folder.is_dir() => "it is not a folder".into(),
+        kind => kind.to_string(),
+    };
+    FilmError::Folder { path: path.into(), folder: folder.into(), reason }
 }

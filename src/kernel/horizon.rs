@@ -8,6 +8,9 @@
 use super::map::{CosineMap, PlanePoint};
 use glam::{Vec2, Vec3};
 
+/// Rounding of a height in f32, relative to the sum of its terms: 16 half-steps.
+pub const MARGIN: f32 = 2e-6;
+
 /// The height over a plane through the origin of cosine space, as a function of the light's plane.
 #[derive(Clone, Copy, Debug)]
 pub struct Height {
@@ -32,7 +35,7 @@ impl Height {
     /// From the heights of the map's c0, c1, c2, up to a common positive factor.
     pub fn new(map: &CosineMap, form: Vec3) -> Self {
         let reach = 1.0 + map.foot.abs();
-        let margin = 2e-6 * (form.x.abs() * reach.x + form.y.abs() * reach.y + form.z.abs());
+        let margin = MARGIN * (form.x.abs() * reach.x + form.y.abs() * reach.y + form.z.abs());
         Self { form, margin }
     }
 
@@ -156,16 +159,18 @@ impl Horizon {
         // The corner lies on the line common to both planes, through the origin: one point for both, so that
         // what one line loses there the other gains, however nearly the planes coincide.
         let ridge = Vec3::new(-axis.y, axis.x, 0.0);
+        // Where the lines are parallel the corner is at infinity, on whichever side leaves the right part of each.
         let rate = map.normal.dot(ridge);
-        let corner = ridge * (-map.depth / if rate.abs() > 1e-30 { rate } else { 1e-30_f32.copysign(rate) });
-        z.end_at(corner, axis);
-        s.end_at(corner, Vec3::Z);
+        let rate = if rate.abs() > 1e-30 { rate } else { 1e-30_f32.copysign(rate) };
+        let corner = ridge * (-map.depth / rate).clamp(-1e30, 1e30);
+        z.end_at(corner, rate > 0.0);
+        s.end_at(corner, rate < 0.0);
         [z, s]
     }
 
-    /// Ends the line at `corner`, where it leaves the half-space of `other`.
-    fn end_at(&mut self, corner: Vec3, other: Vec3) {
-        self.range[usize::from(other.dot(self.along) < 0.0)] = corner.dot(self.along);
+    /// Ends the line at `corner`; it goes on upwards from there, or downwards.
+    fn end_at(&mut self, corner: Vec3, upwards: bool) {
+        self.range[usize::from(!upwards)] = corner.dot(self.along);
     }
 
     /// What a crossing at the image point `p` adds (times 2π) where the contour comes up; where it goes down,

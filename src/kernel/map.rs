@@ -4,7 +4,7 @@ use core::ops::{Add, Div, Mul, Sub};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// How far outside the tree's square \[−1, 1\]² the origin of the map may lie.
-const FOOT_LIMIT: f64 = 1.5;
+pub const FOOT_LIMIT: f64 = 1.5;
 /// Distance from the light's plane over its half-width, in cosine space, below which coordinates need their low
 /// parts: rounding by 2⁻²⁵ turns an edge by 2⁻²⁵/CLOSE of a radian.
 const CLOSE: f32 = 1.0 / 256.0;

@@ -8,6 +8,9 @@ use glam::{Vec2, Vec3, Vec4};
 /// "No texture" in [`SurfaceMaterial`].
 pub const NO_TEXTURE: u32 = u32::MAX;
 
+/// How far a triangle reaches over its edges, of its size: rounding must not open a crack between neighbours.
+pub const SEAM: f32 = 4e-6;
+
 /// The camera, positions relative to it: a ray's direction is forward + x·right + y·up, x and y in −1..1.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -128,7 +131,7 @@ pub struct SurfacePoint {
     pub specular: f32,
 }
 
-/// The ray from the origin along `direction` against a triangle, both sides (Möller, Trumbore 1997). `None` where it
+/// The ray from the origin along `direction` against a triangle grown by [`SEAM`], both sides (Möller, Trumbore 1997). `None` where it
 /// misses or runs in the triangle's plane.
 #[inline]
 pub fn intersect(triangle: &SurfaceTriangle, direction: Vec3) -> Option<Hit> {
@@ -139,11 +142,12 @@ pub fn intersect(triangle: &SurfaceTriangle, direction: Vec3) -> Option<Hit> {
         return None;
     }
     let from = -triangle.p0.truncate();
-    let u = from.dot(p) / det;
     let q = from.cross(e1);
-    let v = direction.dot(q) / det;
-    let t = e2.dot(q) / det;
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some(Hit { t, u, v })
+    // Inside or not is decided before any division, whose rounding differs between processors.
+    let (u, v, t) = (from.dot(p) * det.signum(), direction.dot(q) * det.signum(), e2.dot(q) * det.signum());
+    let det = det.abs();
+    let seam = SEAM * det;
+    (u >= -seam && v >= -seam && u + v <= det + seam && t > 0.0).then(|| Hit { t: t / det, u: u / det, v: v / det })
 }
 
 /// The point where `direction` meets a triangle, with its material and textures looked up.

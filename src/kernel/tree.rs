@@ -24,7 +24,7 @@ pub const SEGMENT: u32 = 2 << 30;
 pub const CUBIC: u32 = 3 << 30;
 
 /// Halvings of a cubic at the leaf before it is taken for its chord: 2⁻²⁰ of the curve is under an f32 step.
-const DEEPEST: u32 = 20;
+pub const DEEPEST: u32 = 20;
 
 /// A node, in pre-order. Lengths are tree space.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -130,6 +130,18 @@ impl Expansion {
         self.scale.abs() * area * (20.0 * self.dir.z + 10.0) * self.s2 * s / (gap2 * gap2)
     }
 
+    /// Bound of the zeroth-order expansion's remainder about the centroid of a region above the horizon.
+    #[inline(always)]
+    fn remainder_at_centroid(&self, area: f32) -> f32 {
+        let s = self.s2.sqrt();
+        let gap = 1.0 - s;
+        if gap <= 0.0 {
+            return f32::INFINITY;
+        }
+        let gap2 = gap * gap;
+        self.scale.abs() * area * (10.0 * self.dir.z + 4.0) * self.s2 / (gap2 * gap2)
+    }
+
     /// Bound of the region's whole integral, wherever the horizon cuts it.
     #[inline(always)]
     fn magnitude(&self, area: f32) -> f32 {
@@ -159,6 +171,42 @@ impl Expansion {
     }
 }
 
+/// What the tolerance still allows at one shading point: one budget for all its lights and lobes, so that it is the
+/// picture that is within the tolerance.
+///
+/// A bound is ten to thirty times the error it bounds, and errors of many nodes partly cancel: so a node may spend up to
+/// the whole tolerance, and the more has been spent the less the next node may.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    /// Sum of the accepted bounds, in tolerances.
+    spent: f32,
+    /// The largest bound that the next node may have, in tolerances.
+    share: f32,
+}
+
+/// Bounds that may add up, in tolerances, before the next node's share is a quarter.
+pub const SLACK: f32 = 1.0;
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self { spent: 0.0, share: 1.0 }
+    }
+}
+
+impl Budget {
+    /// Whether a node with this error bound need not be refined; if so, its bound is spent.
+    #[inline(always)]
+    fn accept(&mut self, bound: f32, tolerance: f32) -> bool {
+        if bound <= tolerance * self.share {
+            self.spent += bound / tolerance;
+            let left = SLACK / (SLACK + self.spent);
+            self.share = left * left;
+            return true;
+        }
+        false
+    }
+}
+
 /// Sums of a walk: contour terms carry the factor 2π.
 #[derive(Default)]
 struct Sums {
@@ -167,17 +215,17 @@ struct Sums {
 }
 
 /// The clamped-cosine integral of the light over the hemisphere that `clip` leaves, signed: positive in front of
-/// the light (map.depth > 0), negative behind. Nodes whose error bound is below `tolerance` are not refined.
-pub fn tree_integral(map: &CosineMap, clip: &Clip, tree: Nodes<'_>, tolerance: f32) -> Integral {
+/// the light (map.depth > 0), negative behind. Nodes whose error bound is within their share of `tolerance` are not refined.
+pub fn tree_integral(map: &CosineMap, clip: &Clip, tree: Nodes<'_>, tolerance: f32, budget: &mut Budget) -> Integral {
     let horizons: &[Horizon] = match clip {
         Clip::None => &[],
         Clip::One(one) => one,
         Clip::Two(two) => two,
     };
     if map.is_close() {
-        walk::<DVec2>(map, horizons, tree, tolerance)
+        walk::<DVec2>(map, horizons, tree, tolerance, budget)
     } else {
-        walk::<Vec2>(map, horizons, tree, tolerance)
+        walk::<Vec2>(map, horizons, tree, tolerance, budget)
     }
 }
 
@@ -204,7 +252,13 @@ fn place(horizons: &[Horizon], center: Vec2, half: Vec2) -> Place {
 }
 
 #[inline(always)]
-fn walk<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], tree: Nodes<'_>, tolerance: f32) -> Integral {
+fn walk<P: PlanePoint>(
+    map: &CosineMap,
+    horizons: &[Horizon],
+    tree: Nodes<'_>,
+    tolerance: f32,
+    budget: &mut Budget,
+) -> Integral {
     let Nodes { nodes, low, handles } = tree;
     let mut sums = Sums::default();
     let mut visited = 0;
@@ -233,7 +287,7 @@ fn walk<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], tree: Nodes<'_>, t
         }
         let expansion = Expansion::new(map, center, node.half);
         if place == Place::Above {
-            if expansion.remainder(node.area) <= tolerance {
+            if budget.accept(expansion.remainder(node.area), tolerance) {
                 sums.region += expansion.region(map, node);
                 if kind != CLUSTER {
                     sums.contour += edge_integral(map, a, b);
@@ -241,7 +295,7 @@ fn walk<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], tree: Nodes<'_>, t
                 i = skip;
                 continue;
             }
-        } else if expansion.magnitude(node.area) <= tolerance {
+        } else if budget.accept(expansion.magnitude(node.area), tolerance) {
             if kind != CLUSTER {
                 sums.contour += cut_edge(map, horizons, a, b);
             }
@@ -249,7 +303,7 @@ fn walk<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], tree: Nodes<'_>, t
             continue;
         }
         if kind == CUBIC {
-            visited += cubic_leaf(map, horizons, [a, b], &handles[index], tolerance, &mut sums);
+            visited += cubic_leaf(map, horizons, [a, b], &handles[index], tolerance, budget, &mut sums);
         }
         i += 1;
     }
@@ -307,6 +361,7 @@ fn cubic_leaf<P: PlanePoint>(
     ends: [P; 2],
     handles: &Handles,
     tolerance: f32,
+    budget: &mut Budget,
     sums: &mut Sums,
 ) -> u32 {
     let [p0, p3] = ends;
@@ -340,7 +395,7 @@ fn cubic_leaf<P: PlanePoint>(
         let b = if index + 1 == 1 << level { p3 } else { eval(t1) };
         let (h0, h1) = (tangent(t0) * scalar(width), tangent(t1) * scalar(width));
         let chord = b - a;
-        // Area between curve and chord, (3/20)·(2 h0×chord + 2 chord×h1 − h0×h1) … of the piece's own cubic.
+        // Area between the piece's own cubic 0, h0, q2, chord and its chord: ½∫ p × dp.
         let q2 = chord - h1;
         let area = (3.0 * h0.perp_dot(q2) + 3.0 * h0.perp_dot(chord) + 6.0 * q2.perp_dot(chord)) / 20.0;
         let hull = [a, a + h0, b - h1, b].map(P::round);
@@ -351,8 +406,8 @@ fn cubic_leaf<P: PlanePoint>(
         let expansion = Expansion::new(map, center, half);
         let accept = match place {
             Place::Below(_) => true,
-            Place::Above => expansion.remainder_at_centroid(area.abs()) <= tolerance,
-            Place::Cut => expansion.magnitude(area.abs()) <= tolerance,
+            Place::Above => budget.accept(expansion.remainder_at_centroid(area.abs()), tolerance),
+            Place::Cut => budget.accept(expansion.magnitude(area.abs()), tolerance),
         };
         if !accept && level < DEEPEST {
             level += 1;
@@ -385,19 +440,5 @@ fn cubic_leaf<P: PlanePoint>(
                 return visited;
             }
         }
-    }
-}
-
-impl Expansion {
-    /// Bound of the zeroth-order expansion's remainder about the centroid of a region above the horizon.
-    #[inline(always)]
-    fn remainder_at_centroid(&self, area: f32) -> f32 {
-        let s = self.s2.sqrt();
-        let gap = 1.0 - s;
-        if gap <= 0.0 {
-            return f32::INFINITY;
-        }
-        let gap2 = gap * gap;
-        self.scale.abs() * area * (10.0 * self.dir.z + 4.0) * self.s2 / (gap2 * gap2)
     }
 }

@@ -5,11 +5,14 @@ use crate::shape::{Bounds, CubicBez, Shape};
 use glam::{DVec2, Vec2};
 
 /// A leaf's curve turns by no more than this (cosine of the angle), so that it is a simple arc.
-const TURN_COS: f64 = 0.5;
+const TURN_COS: f64 = 0.8;
 /// Halvings of one curve at build time.
 const SPLITS: u32 = 6;
 /// Handles nearer the chord than this (tree space) make a straight edge.
 const STRAIGHT: f64 = 1e-12;
+
+/// Ratio of the unsigned area by scan lines to |m0| above which contours overlap or cross themselves.
+const SOUND: f64 = 1.1;
 
 /// The tree of one shape.
 #[derive(Clone, Debug)]
@@ -104,27 +107,31 @@ impl Tree {
         let key = |g: &Group| if size.x >= size.y { g.bounds.center().x } else { g.bounds.center().y };
         groups.sort_by(|a, b| key(a).total_cmp(&key(b)));
         let rest = groups.split_off(groups.len() / 2);
-        self.emit_cluster(|tree| [tree.emit_clusters(groups), tree.emit_clusters(rest)])
+        let at = self.reserve();
+        let (left, right) = (self.emit_clusters(groups), self.emit_clusters(rest));
+        self.close_cluster(at, left.0.plus(right.0), left.1.union(right.1))
     }
 
     fn emit_group(&mut self, mut contours: Vec<Run>) -> (Region, Bounds) {
-        if contours.len() == 1 {
-            let run = contours.remove(0);
-            let [first, second] = run.halves();
-            return self.emit_cluster(|tree| [tree.emit_run(first), tree.emit_run(second)]);
-        }
-        let rest = contours.split_off(contours.len() / 2);
-        self.emit_cluster(|tree| [tree.emit_group(contours), tree.emit_group(rest)])
+        let bounds = Bounds::of(contours.iter().flat_map(|r| &r.arcs).flat_map(|c| c.points()));
+        let unsigned = unsigned_area(&contours, bounds);
+        let at = self.reserve();
+        let [left, right] = if contours.len() == 1 {
+            let [first, second] = contours.remove(0).halves();
+            [self.emit_run(first), self.emit_run(second)]
+        } else {
+            let rest = contours.split_off(contours.len() / 2);
+            [self.emit_group(contours), self.emit_group(rest)]
+        };
+        let mut region = left.0.plus(right.0);
+        // A region of winding 0 or 1 has the unsigned area |m0|, not the sum of its parts'. Where contours overlap or
+        // cross themselves it is what the scan lines say.
+        region.area = if unsigned > SOUND * region.m0.abs() { SOUND * unsigned } else { region.m0.abs() };
+        self.close_cluster(at, region, left.1.union(right.1))
     }
 
-    /// A node without a chord around what `children` emits.
-    fn emit_cluster(&mut self, children: impl FnOnce(&mut Self) -> [(Region, Bounds); 2]) -> (Region, Bounds) {
-        let at = self.reserve();
-        let [(left, lb), (right, rb)] = children(self);
-        let bounds = lb.union(rb);
-        let mut region = left.plus(right);
-        // Whole contours enclose a region of winding 0 or 1: its unsigned area is |m0|, not the sum of its parts'.
-        region.area = region.m0.abs();
+    /// Fills in a node without a chord, whose children are all there.
+    fn close_cluster(&mut self, at: usize, region: Region, bounds: Bounds) -> (Region, Bounds) {
         self.fill(at, &region, bounds, [DVec2::ZERO; 2], CLUSTER | self.nodes.len() as u32);
         (region, bounds)
     }
@@ -208,8 +215,7 @@ struct Group {
     contours: Vec<Run>,
 }
 
-/// Puts each hole with the smallest outer contour whose box holds the hole's box: together they are a region of
-/// winding 0 or 1.
+/// Puts each hole with the smallest outer contour round it: together they are a region of winding 0 or 1.
 fn group_by_outer(contours: Vec<Run>) -> Vec<Group> {
     let area = |r: &Run| r.arcs.iter().map(CubicBez::signed_area).sum::<f64>();
     let bounds = |r: &Run| Bounds::of(r.arcs.iter().flat_map(|c| c.points()));
@@ -218,8 +224,9 @@ fn group_by_outer(contours: Vec<Run>) -> Vec<Group> {
     let outers = groups.len();
     for hole in holes {
         let inner = bounds(&hole);
-        let holds = |g: &Group| g.bounds.min.cmple(inner.min).all() && g.bounds.max.cmpge(inner.max).all();
-        let extent = |g: &Group| g.bounds.size().element_product();
+        let point = hole.arcs[0].eval(0.5);
+        let holds = |g: &Group| g.bounds.overlaps(inner) && winding(&g.contours[..1], point) != 0;
+        let extent = |g: &Group| area(&g.contours[0]);
         let home = (0..outers)
             .filter(|&i| holds(&groups[i]))
             .min_by(|&i, &j| extent(&groups[i]).total_cmp(&extent(&groups[j])));
@@ -229,6 +236,38 @@ fn group_by_outer(contours: Vec<Run>) -> Vec<Group> {
         }
     }
     groups
+}
+
+/// How often the contours wind round a point.
+fn winding(contours: &[Run], point: DVec2) -> i32 {
+    let mut winding = 0;
+    for arc in contours.iter().flat_map(|r| &r.arcs) {
+        arc.crossings(point.y, |x, direction| winding += if x > point.x { direction } else { 0 });
+    }
+    winding
+}
+
+/// ∫|winding number| dA by scan lines: what the region weighs where contours overlap, cross themselves or lie in
+/// no outer. For sound contours it is |m0| to a few percent.
+fn unsigned_area(contours: &[Run], bounds: Bounds) -> f64 {
+    const LINES: u32 = 48;
+    let step = bounds.size().y / f64::from(LINES);
+    let mut area = 0.0;
+    let mut crossings = Vec::new();
+    for line in 0..LINES {
+        let y = bounds.min.y + (f64::from(line) + 0.5) * step;
+        crossings.clear();
+        for arc in contours.iter().flat_map(|r| &r.arcs) {
+            arc.crossings(y, |x, direction| crossings.push((x, direction)));
+        }
+        crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut winding = 0;
+        for pair in crossings.windows(2) {
+            winding += pair[0].1;
+            area += f64::from(winding.abs()) * (pair[1].0 - pair[0].0) * step;
+        }
+    }
+    area
 }
 
 /// The two halves of a curve, sharing their joint to the bit.

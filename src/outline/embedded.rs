@@ -1,7 +1,7 @@
 //! The mean colour of a picture embedded in an SVG.
 
 use super::layers::Premultiplied;
-use super::linear_from_srgb;
+use crate::color::srgb_decode;
 use image::{ImageReader, Limits};
 use std::io::Cursor;
 
@@ -19,7 +19,7 @@ pub(super) fn mean_color(bytes: &[u8]) -> Result<Premultiplied, String> {
     limits.max_alloc = Some(MAX_DECODED);
     reader.limits(limits);
     let pixels = reader.decode().map_err(|e| e.to_string())?.into_rgba8();
-    let linear: Vec<f64> = (0..=255).map(|v| linear_from_srgb(f64::from(v) / 255.0)).collect();
+    let linear: Vec<f64> = (0..=255).map(|v| srgb_decode(f64::from(v) / 255.0)).collect();
     let mut sum = [0.0; 4];
     for p in pixels.pixels() {
         let alpha = f64::from(p.0[3]) / 255.0;

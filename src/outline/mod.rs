@@ -147,11 +147,6 @@ fn closed_loops(path: &BezPath) -> Vec<Vec<CubicBez>> {
     loops
 }
 
-/// A linear colour value from an sRGB one, both 0 to 1 (IEC 61966-2-1).
-fn linear_from_srgb(v: f64) -> f64 {
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
-
 /// The coordinates of a path element's points.
 fn coordinates(el: &PathEl) -> impl Iterator<Item = f64> + use<> {
     let points = match *el {

@@ -1,11 +1,11 @@
 //! Overlap removal: paths that may cross themselves become [`Shape`]s.
 //!
-//! `sweep` asks linesweeper, which keeps Béziers but is early beta, so nothing it says is taken on trust:
+//! `sweep.rs` asks linesweeper, which keeps Béziers but is early beta, so nothing it says is taken on trust:
 //!
 //! 1. The input is scaled by a power of two (exact) to about a thousand units, and moved only if it lies far from
 //!    the origin, so art of 1e-4 m and 1e4 m meets the same numbers.
 //! 2. It runs in a thread of its own with a deadline; a panic or an endless loop there becomes an error here.
-//! 3. The result is judged by code that shares nothing with it (`judge`). A refused or failed attempt is
+//! 3. The result is judged by code that shares nothing with it (`judge.rs`). A refused or failed attempt is
 //!    repeated with the plane turned and other tolerances.
 
 use super::guard::{GuardError, guarded};
@@ -31,7 +31,7 @@ const STACK: usize = 8 << 20;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OverlapError {
     /// A coordinate is NaN, infinite or beyond 1e150.
-    #[error("path element {element}: coordinate {value} is not finite")]
+    #[error("path element {element}: coordinate {value:?} is not finite")]
     NotFinite {
         /// Index of the path element.
         element: usize,

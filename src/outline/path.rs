@@ -20,7 +20,7 @@ pub enum PathError {
         excerpt: String,
     },
     /// A coordinate is too large for SVG, which computes in f32.
-    #[error("path data, command {command}: coordinate {value} is larger than {limit}")]
+    #[error("path data, command {command}: coordinate {value:?} is larger than {limit:?}")]
     TooLarge {
         /// Index of the command.
         command: usize,

@@ -1,7 +1,8 @@
-//! SVG files as layers of light: limits, options, errors; `walk` does the drawing.
+//! SVG files as layers of light: limits, options, errors; `walk.rs` does the drawing.
 //!
 //! No file but the one given is ever read, and no font but those given is used.
 
+use super::bundled;
 use super::document;
 use super::guard::{GuardError, guarded};
 use super::layers::LayerError;
@@ -38,6 +39,14 @@ pub struct SvgOptions {
     pub fonts: Vec<FontBytes>,
     /// The family for text that names none, or one that is not given.
     pub font_family: String,
+}
+
+impl SvgOptions {
+    /// With the bundled fonts.
+    pub fn bundled(size: f64) -> Self {
+        let fonts = bundled::bundled().iter().map(|f| -> FontBytes { Arc::new(f.bytes) }).collect();
+        Self { size, fonts, font_family: bundled::DEFAULT_FAMILY.into() }
+    }
 }
 
 impl Default for SvgOptions {
@@ -219,10 +228,6 @@ fn read(bytes: &[u8], options: &SvgOptions) -> Result<Art, SvgError> {
     let mut art = run("drawing", DRAW_SECONDS, move || walk::draw(&tree, size, findings))?;
     if art.layers.is_empty() {
         return Err(SvgError::NothingVisible);
-    }
-    if art.layers.iter().all(|layer| layer.color == [0.0; 3]) {
-        let message = "all of it is black, which gives no light in its own colours".to_owned();
-        art.warnings.push(Warning { element: "drawing".to_owned(), message });
     }
     let curves = art.layers.iter().map(|layer| layer.shape.curves().count()).sum();
     for (what, count, limit) in [("layers", art.layers.len(), MAX_LAYERS), ("curves", curves, MAX_CURVES)] {

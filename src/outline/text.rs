@@ -8,8 +8,8 @@ use super::{FillRule, Warning, bez_path};
 use crate::shape::{Bounds, Shape};
 use glam::{DAffine2, DVec2};
 use kurbo::BezPath;
+use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use std::collections::{BTreeSet, HashMap};
-use std::rc::Rc;
 
 /// Most characters of one text.
 pub const MAX_CHARACTERS: usize = 1 << 16;
@@ -76,7 +76,7 @@ pub enum TextError {
     #[error("no font was given to set the text in")]
     NoFont,
     /// A value of the style is out of range.
-    #[error("text {key} = {value} is not {allowed}")]
+    #[error("text {key} = {value:?} is not {allowed}")]
     Style {
         /// The key.
         key: &'static str,
@@ -161,6 +161,18 @@ pub struct TextLayout {
 /// dropped. A tab is as wide as four spaces; other control characters are left out with a warning.
 /// The shape's winding number is 0 or 1 everywhere: glyphs that touch each other are united.
 ///
+/// ```
+/// use glyphlight::outline::font::Font;
+/// use glyphlight::outline::text::{TextStyle, layout};
+///
+/// let fonts = [Font::bundled("Inter")?];
+/// let style = TextStyle { size: 0.5, axes: vec![("wght".parse()?, 800.0)], ..TextStyle::default() };
+/// let text = layout("OPEN\nuntil late", &fonts, &style)?;
+/// assert_eq!(text.lines.len(), 2);
+/// assert!(text.shape.area() > 0.0 && text.warnings.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// If nothing would be seen, the text is too long, the style is out of range, a character has no glyph in any font,
 /// or a glyph cannot be outlined.
@@ -208,7 +220,7 @@ pub fn layout(text: &str, fonts: &[Font], style: &TextStyle) -> Result<TextLayou
 
     let default_height = || used.iter().map(|&f| instances[f].metrics().line_height()).fold(0.0, f64::max);
     let line_height = style.line_height.unwrap_or_else(default_height);
-    let mut cache = GlyphCache { instances: &instances, shapes: HashMap::new() };
+    let shapes = glyph_shapes(shaped.iter().flat_map(|(_, _, glyphs)| glyphs), &instances)?;
     let (mut glyphs, mut extents, mut blank) = (Vec::new(), Vec::new(), BTreeSet::new());
     for (row, (start, line, shaped)) in shaped.iter().enumerate() {
         let (pens, width) = pens(shaped, style.letter_spacing);
@@ -230,10 +242,7 @@ pub fn layout(text: &str, fonts: &[Font], style: &TextStyle) -> Result<TextLayou
         for cluster in shaped.chunk_by(|a, b| a.cluster == b.cluster) {
             let c = line[cluster[0].cluster..].chars().next().unwrap_or(' ');
             let visible = !c.is_whitespace() && !is_invisible(c);
-            let mut draws = false;
-            for g in cluster {
-                draws |= !cache.get(g.font, g.glyph)?.is_empty();
-            }
+            let draws = cluster.iter().any(|g| !shapes[&(g.font, g.glyph)].is_empty());
             if visible && !draws {
                 blank.insert((c, cluster[0].font));
             }
@@ -244,7 +253,7 @@ pub fn layout(text: &str, fonts: &[Font], style: &TextStyle) -> Result<TextLayou
         message: format!("its glyph in font \"{}\" has no outline, so nothing is drawn", fonts[font].name()),
     }));
 
-    let shape = assemble(&glyphs, &mut cache)?.transformed(DAffine2::from_scale(DVec2::splat(style.size)));
+    let shape = assemble(&glyphs, &shapes)?.transformed(DAffine2::from_scale(DVec2::splat(style.size)));
     if shape.is_empty() {
         return Err(TextError::Empty);
     }
@@ -354,49 +363,47 @@ fn pens(glyphs: &[ShapedGlyph], spacing: f64) -> (Vec<f64>, f64) {
     (pens, pen)
 }
 
-/// Resolved glyph shapes in em.
-struct GlyphCache<'a> {
-    instances: &'a [Instance<'a>],
-    shapes: HashMap<(usize, u16), Rc<Shape>>,
-}
+/// Shapes in em by font and glyph.
+type GlyphShapes = HashMap<(usize, u16), Shape>;
 
-impl GlyphCache<'_> {
-    fn get(&mut self, font: usize, glyph: u16) -> Result<Rc<Shape>, FontError> {
-        if let Some(shape) = self.shapes.get(&(font, glyph)) {
-            return Ok(shape.clone());
-        }
-        let shape = Rc::new(self.instances[font].glyph(glyph)?);
-        self.shapes.insert((font, glyph), shape.clone());
-        Ok(shape)
-    }
+/// The shape of each glyph that occurs, made once.
+fn glyph_shapes<'g>(
+    glyphs: impl Iterator<Item = &'g ShapedGlyph>,
+    instances: &[Instance<'_>],
+) -> Result<GlyphShapes, FontError> {
+    let distinct: BTreeSet<_> = glyphs.map(|g| (g.font, g.glyph)).collect();
+    let shape = |key @ (font, glyph): (usize, u16)| Ok((key, instances[font].glyph(glyph)?));
+    distinct.into_par_iter().map(shape).collect()
 }
 
 /// All glyphs as one shape in em. Those whose bounds meet are united; the rest are only moved.
-fn assemble(glyphs: &[PlacedGlyph], cache: &mut GlyphCache<'_>) -> Result<Shape, TextError> {
+fn assemble(glyphs: &[PlacedGlyph], shapes: &GlyphShapes) -> Result<Shape, OverlapError> {
     let mut placed = Vec::new();
     for g in glyphs {
-        let shape = cache.get(g.font, g.glyph)?;
+        let shape = &shapes[&(g.font, g.glyph)];
         if !shape.is_empty() {
             let b = shape.bounds();
             placed.push((g.origin, Bounds { min: b.min + g.origin, max: b.max + g.origin }, shape));
         }
     }
     let bounds: Vec<_> = placed.iter().map(|p| p.1).collect();
-    let mut whole = Shape::default();
-    for group in groups_that_meet(&bounds) {
-        // About the group's own origin, so that a glyph far out in a long line loses no digits.
-        let home = placed[group[0]].0;
-        let moved = |i: usize, from: DVec2| placed[i].2.transformed(DAffine2::from_translation(placed[i].0 - from));
+    let moved = |i: usize, from: DVec2| placed[i].2.transformed(DAffine2::from_translation(placed[i].0 - from));
+    let united = |group: &Vec<usize>| {
         if let [alone] = group[..] {
-            whole.append(moved(alone, DVec2::ZERO));
-            continue;
+            return Ok(moved(alone, DVec2::ZERO));
         }
+        // About the group's own origin, so that what lies far out in a long line loses no digits.
+        let home = placed[group[0]].0;
         let mut path = BezPath::new();
-        for &i in &group {
+        for &i in group {
             path.extend(bez_path(&moved(i, home)));
         }
-        let united = overlap::resolve(&path, FillRule::NonZero)?;
-        whole.append(united.transformed(DAffine2::from_translation(home)));
+        Ok(overlap::resolve(&path, FillRule::NonZero)?.transformed(DAffine2::from_translation(home)))
+    };
+    let parts: Vec<Shape> = groups_that_meet(&bounds).par_iter().map(united).collect::<Result<_, OverlapError>>()?;
+    let mut whole = Shape::default();
+    for part in parts {
+        whole.append(part);
     }
     Ok(whole)
 }

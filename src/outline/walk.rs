@@ -5,7 +5,8 @@ use super::document::Findings;
 use super::layers::{Canvas, LayerError, Premultiplied};
 use super::overlap::{self, OverlapError};
 use super::svg::{Art, ArtLayer, SvgError, SvgOptions};
-use super::{FillRule, Warning, embedded, linear_from_srgb, stroke};
+use super::{FillRule, Warning, embedded, stroke};
+use crate::color::srgb_decode;
 use crate::shape::Shape;
 use glam::DVec2;
 use kurbo::{Affine, BezPath, Cap, Join};
@@ -385,7 +386,7 @@ fn bez_path(path: &Path) -> BezPath {
 }
 
 fn premultiplied(color: usvg::Color, alpha: f64) -> Premultiplied {
-    let color = [color.red, color.green, color.blue].map(|v| alpha * linear_from_srgb(f64::from(v) / 255.0));
+    let color = [color.red, color.green, color.blue].map(|v| alpha * srgb_decode(f64::from(v) / 255.0));
     Premultiplied { color, alpha }
 }
 
@@ -407,7 +408,7 @@ fn mean_of_stops(stops: &[Stop]) -> Premultiplied {
         let part = if span > 0.0 { (t - offset(a)) / span } else { 0.0 };
         let mixed: Vec<f64> = value(a).zip(value(b)).map(|(a, b)| a + (b - a) * part).collect();
         let weight = mixed[3] / f64::from(SAMPLES);
-        sum.color = std::array::from_fn(|i| sum.color[i] + weight * linear_from_srgb(mixed[i]));
+        sum.color = std::array::from_fn(|i| sum.color[i] + weight * srgb_decode(mixed[i]));
         sum.alpha += weight;
     }
     sum

@@ -39,7 +39,28 @@
 //! two_sided = false
 //! ```
 //!
-//! The keys of materials and lights: see README.
+//! A material holds `base_color`, `metallic`, `alpha` (GGX width) or `roughness` (alpha = roughness²), `specular`,
+//! `base_color_texture`, `metallic_roughness_texture` (green × roughness, blue × metallic), `normal_texture` and
+//! `normal_scale`; see [`Material`] for what they mean and their defaults. Textures are PNG or JPEG. Where there is a
+//! texture, the factors that multiply it default to 1. A mesh without `material` has those of its file.
+//!
+//! A light shines in the shape of exactly one of
+//! - `path`: SVG path data in metres, y up, with `fill_rule` = `"nonzero"` or `"evenodd"`;
+//! - `svg`: a file, `size` metres along its longer side (1), centred. Its colours multiply the radiance, unless `svg_colors`
+//!   is false: then all its parts shine alike;
+//! - `text`: with `font` (a bundled family, a font file by its ending, or a list of them: each character takes the
+//!   first that has it), `size` (height of the em, metres, 1), `align` = `"left"`, `"center"` or `"right"` (which edge of the
+//!   lines is at x = 0), `letter_spacing` and `line_height` (em), `axes` = `{ wght = 700 }`, `direction` = `"auto"`, `"ltr"` or `"rtl"`.
+//!   The first baseline is y = 0.
+//!
+//! and as strongly as one of
+//! - `radiance`, W·sr⁻¹·m⁻², one number or one per channel (1);
+//! - `power`, W, with `color` (white): the flux of the whole light, both sides together if it is two-sided. Each channel's flux is
+//!   π · area · radiance, summed over the parts of the light; `power` is the mean of the three;
+//! - `luminance`, nits, with `color`: of the light where it is white. Luminance is 683 lm/W times Y of the radiance, so that
+//!   radiance 1 in white is 683 nits.
+//!
+//! Of `color` only the ratios count.
 
 mod error;
 mod light;
@@ -139,9 +160,8 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     fn surface(&mut self, table: &Table<'_>) -> Result<(), SceneError> {
-        let kinds: [(_, fn(&mut Self, &Table<'_>) -> _); 2] = [("plane", Self::plane), ("mesh", Self::mesh)];
-        let kind = table.require("kind", "\"plane\" or \"mesh\"")?.choice(&kinds)?;
-        kind(self, table)
+        let kind = table.require("kind", "\"plane\" or \"mesh\"")?;
+        if kind.choice(&[("plane", true), ("mesh", false)])? { self.plane(table) } else { self.mesh(table) }
     }
 
     fn plane(&mut self, table: &Table<'_>) -> Result<(), SceneError> {

@@ -22,7 +22,7 @@ pub struct PresetOptions {
 
 impl Default for PresetOptions {
     fn default() -> Self {
-        Self { name: "sign".into(), alpha: 0.15, floor: [0.4; 3], aspect: 16.0 / 9.0 }
+        Self { name: "sign".into(), alpha: 0.08, floor: [0.4; 3], aspect: 16.0 / 9.0 }
     }
 }
 
@@ -32,16 +32,19 @@ pub enum PresetError {
     /// The layers together have no width or no height, metres.
     #[error("the sign has no area: it measures {0} × {1} m")]
     Empty(f64, f64),
+    /// The layers together are too small or too large, metres.
+    #[error("the sign measures {0:e} × {1:e} m; its longer side must be {LEAST:e} to {MOST:e} m")]
+    Extent(f64, f64),
     /// The picture's aspect ratio is no positive number.
     #[error("the aspect ratio {0} of the picture is not a positive number")]
     Aspect(f64),
 }
 
 /// Vertical field of view, degrees: that of a longer lens, so that letters at the ends of a line stay upright.
-const FOV_Y: f64 = 35.0;
+const FOV_Y: f64 = 25.0;
 
 /// How far the camera looks down, degrees: a reader's view, with enough floor in it for the light to fall on.
-const LOOK_DOWN: f64 = 16.0;
+const LOOK_DOWN: f64 = 14.0;
 
 /// Height of the sign above the floor, of the lesser of its sides: near enough that light and letters meet.
 const GAP: f64 = 0.15;
@@ -52,12 +55,18 @@ const FILLED: f64 = 0.88;
 /// Half the floor's side over the larger of the sign's: its end is out of sight and dark.
 const FLOOR: f64 = 200.0;
 
+/// Least longer side of a sign, metres.
+const LEAST: f64 = 1e-12;
+
+/// Most, metres: what 32-bit floats can square and add up, floor included.
+const MOST: f64 = 1e12;
+
 /// The sign `layers`, which stand upright on a floor and face the reader: their plane is z = 0, their lit side +z, their middle x = 0,
 /// the floor y = 0. The camera is in front, a little above, as near as keeps the sign and its mirror image in the floor in the
 /// picture, whatever their proportions. Everything scales with the sign.
 ///
 /// # Errors
-/// Layers without extent in x or y, or an aspect ratio that isn't positive.
+/// Layers without extent in x or y, or of one beyond 1e-12 to 1e12 m, or an aspect ratio that isn't positive.
 pub fn sign(layers: Vec<Layer>, options: &PresetOptions) -> Result<Scene, PresetError> {
     if !(options.aspect > 0.0 && options.aspect.is_finite()) {
         return Err(PresetError::Aspect(options.aspect));
@@ -66,6 +75,9 @@ pub fn sign(layers: Vec<Layer>, options: &PresetOptions) -> Result<Scene, Preset
     let size = bounds.size();
     if !(size.min_element() > 0.0 && size.is_finite()) {
         return Err(PresetError::Empty(size.x.max(0.0), size.y.max(0.0)));
+    }
+    if !(LEAST..=MOST).contains(&size.max_element()) {
+        return Err(PresetError::Extent(size.x, size.y));
     }
     let gap = GAP * size.min_element();
     let placement =

@@ -9,7 +9,8 @@ pub struct Vertex {
     pub position: DVec3,
     /// Unit shading normal.
     pub normal: Vec3,
-    /// Unit tangent (direction of growing u) and the sign of the bitangent `w·(normal × tangent)`.
+    /// Unit tangent (direction of growing u) and the sign of the bitangent `w·(normal × tangent)`, which points up in
+    /// the image (to falling v) as glTF has it: the green of a normal map leans that way.
     pub tangent: Vec4,
     /// Texture coordinate, v down.
     pub uv: Vec2,
@@ -37,7 +38,7 @@ pub fn plane(position: DVec3, normal: DVec3, size: [f64; 2], uv_scale: f64, mate
     let corner = |su: f64, sv: f64| Vertex {
         position: position + u * (su * size[0] * 0.5) + v * (sv * size[1] * 0.5),
         normal: n.as_vec3(),
-        tangent: u.as_vec3().extend(-1.0),
+        tangent: u.as_vec3().extend(1.0),
         uv: Vec2::new((su * size[0] * 0.5 / uv_scale) as f32, (sv * size[1] * 0.5 / uv_scale) as f32),
     };
     let [a, b, c, d] = [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];

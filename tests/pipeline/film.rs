@@ -11,11 +11,12 @@ fn film() -> Film {
         film.diffuse[i] = [t, t * t, 1.0 / 3.0 + t * 1e-7];
         film.specular[i] = [t * 1e-30, 12_345.678 * t, 0.1];
         film.emission[i] = [if i == 17 { 1e9 } else { 0.0 }, f32::from_bits(i as u32), 0.2];
+        film.background[i] = [0.25 * t, 1e-20, t];
     }
     film
 }
 
-fn read_exr(path: &Path) -> exr::image::Image<exr::image::Layer<exr::image::AnyChannels<exr::image::FlatSamples>>> {
+pub fn read_exr(path: &Path) -> exr::image::Image<exr::image::Layer<exr::image::AnyChannels<exr::image::FlatSamples>>> {
     use exr::prelude::*;
     read()
         .no_deep_data()
@@ -41,19 +42,46 @@ fn exr_keeps_every_bit_of_every_layer() {
         assert!(matches!(channel.sample_data, exr::image::FlatSamples::F32(_)), "{name} is not 32-bit");
         channel.sample_data.values_as_f32().map(f32::to_bits).collect()
     };
-    for (prefix, layer) in
-        [("", &beauty), ("diffuse.", &film.diffuse), ("specular.", &film.specular), ("emission.", &film.emission)]
-    {
+    let layers = [
+        ("", &beauty),
+        ("diffuse.", &film.diffuse),
+        ("specular.", &film.specular),
+        ("emission.", &film.emission),
+        ("background.", &film.background),
+    ];
+    for (prefix, layer) in layers {
         for (c, name) in ["R", "G", "B"].iter().enumerate() {
             let want: Vec<u32> = layer.iter().map(|p| p[c].to_bits()).collect();
             assert_eq!(stored(&format!("{prefix}{name}")), want, "{prefix}{name}");
         }
     }
-    assert_eq!(image.layer_data.channel_data.list.len(), 12);
+    assert_eq!(stored("emission.A"), film.matte.iter().map(|m| m.to_bits()).collect::<Vec<_>>());
+    assert_eq!(image.layer_data.channel_data.list.len(), 16);
     // The comparison notices one bit.
     let mut other = film.clone();
     other.specular[20][1] = f32::from_bits(other.specular[20][1].to_bits() ^ 1);
     assert_ne!(stored("specular.G"), other.specular.iter().map(|p| p[1].to_bits()).collect::<Vec<_>>());
+}
+
+/// A light ten times white that covers half a pixel shows as half white, not as white: edges stay smooth.
+#[test]
+fn a_bright_lights_edge_is_smooth_in_png() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("edge.png");
+    let mut film = Film::new(3, 1);
+    for (i, matte) in [0.0, 0.5, 1.0].into_iter().enumerate() {
+        film.emission[i] = [10.0 * matte; 3];
+        film.matte[i] = matte;
+    }
+    let display = Display { tone_map: ToneMap::Linear, ..Display::default() };
+    let shown = |film: &Film| -> Vec<u8> {
+        film.write(&path, &display).unwrap();
+        image::open(&path).unwrap().to_rgb8().pixels().map(|p| p[0]).collect()
+    };
+    assert_eq!(shown(&film), [0, 188, 255]);
+    // Without its matte the edge is as white as the light.
+    film.matte[1] = 0.0;
+    assert_eq!(shown(&film), [0, 255, 255]);
 }
 
 #[test]
@@ -160,7 +188,7 @@ fn what_cannot_be_written_leaves_no_file() {
         assert!(matches!(error, FilmError::Extension(_)) && error.to_string().contains(name), "{error}");
     }
     let error = film().write(&at("no/such/folder.png"), &display).unwrap_err();
-    assert!(matches!(error, FilmError::Io { .. }) && error.to_string().contains("folder.png"), "{error}");
+    assert!(matches!(error, FilmError::Folder { .. }) && error.to_string().contains("folder.png"), "{error}");
     let error = Film::new(0, 4).write(&at("empty.exr"), &display).unwrap_err();
     assert!(matches!(error, FilmError::Size { width: 0, .. }), "{error}");
     let mut torn = film();

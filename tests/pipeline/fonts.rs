@@ -173,7 +173,7 @@ fn an_outline_at_another_weight_is_not() {
 /// Both are turned, so that edges along the axes don't fall between the mask's sample rows, and the mask gets chords of
 /// 0.01 pixels' precision, since tiny-skia's own are coarser. Area within [`AREA_TOLERANCE`]; winding number 0 or 1 as the mask says, at each pixel centre whose 3×3
 /// neighbourhood is wholly covered or wholly free.
-fn disagreement(shape: &Shape, path: &BezPath, units_per_em: f64) -> Option<String> {
+pub fn disagreement(shape: &Shape, path: &BezPath, units_per_em: f64) -> Option<String> {
     let turn = Affine::rotate(0.3);
     let path = turn * path.clone();
     let bounds = path.bounding_box();

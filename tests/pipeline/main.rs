@@ -1,6 +1,11 @@
 //! The test suite: one binary, one module per stage.
 
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "tests report what they measure and what they skip")]
+
+mod backends;
+mod brdf;
 mod cases;
+mod cli;
 mod film;
 mod fonts;
 mod kernel;
@@ -8,7 +13,10 @@ mod mask;
 mod mesh;
 mod painter;
 mod preset;
+mod scene;
+mod shaders;
 mod shape;
 mod svg;
 mod svg_hostile;
 mod text;
+mod yardstick;

@@ -6,7 +6,7 @@ use glyphlight::scene::mesh::{Mesh, MeshProblem, Triangles};
 use std::path::{Path, PathBuf};
 
 fn data() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/scenes")
 }
 
 fn folder(path: &Path) -> Folder {
@@ -174,6 +174,21 @@ fn nodes_multiply_down_the_tree() {
     // Without a scene the root nodes are drawn.
     let found = quad(&[(r#""scene":0,"scenes":[{"nodes":[0]}],"#, "")], DAffine3::IDENTITY);
     assert_eq!(found.triangles.len(), 2);
+}
+
+#[test]
+fn a_plane_has_the_bitangent_of_a_mesh() {
+    for normal in [DVec3::Y, DVec3::Z, DVec3::new(0.3, -0.2, -0.9)] {
+        let mut found = Triangles {
+            triangles: glyphlight::scene::surface::plane(DVec3::ONE, normal, [2.0, 3.0], 0.5, 0).into(),
+            warnings: Vec::new(),
+        };
+        for _ in 0..2 {
+            let (bitangent, up) = bitangent(&found);
+            assert!(bitangent.dot(up) > 0.999, "{normal}: {bitangent} against {up}");
+            found.triangles.reverse();
+        }
+    }
 }
 
 /// The corner positions of every triangle.

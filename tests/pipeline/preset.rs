@@ -68,6 +68,10 @@ fn options_reach_the_floor_and_nothing_is_invented_from_nothing() {
     assert_eq!(scene.lights[0].name, "OPEN");
     assert_eq!(sign(Vec::new(), &options).unwrap_err(), PresetError::Empty(0.0, 0.0));
     assert_eq!(sign(vec![layer(DVec2::ZERO, DVec2::X)], &options).unwrap_err(), PresetError::Empty(1.0, 0.0));
+    for size in [1e-13, 1e13] {
+        let error = sign(vec![layer(DVec2::ZERO, DVec2::splat(size))], &options).unwrap_err();
+        assert!(matches!(error, PresetError::Extent(w, h) if w == h && (w / size - 1.0).abs() < 1e-9), "{error}");
+    }
     let bad = PresetOptions { aspect: 0.0, ..options };
     assert_eq!(sign(vec![layer(DVec2::ZERO, DVec2::ONE)], &bad).unwrap_err(), PresetError::Aspect(0.0));
 }

@@ -1,8 +1,8 @@
 //! What can be wrong with a scene file.
 
+use crate::outline::OutlineError;
 use crate::outline::font::FontError;
 use crate::outline::path::PathError;
-use crate::outline::svg::SvgError;
 use crate::outline::text::TextError;
 use crate::scene::folder::FolderError;
 use crate::scene::mesh::MeshError;
@@ -94,7 +94,7 @@ pub enum SceneError {
         /// The value as written.
         value: String,
         /// What is wrong with it.
-        source: ResourceError,
+        source: Box<ResourceError>,
     },
 }
 
@@ -115,7 +115,7 @@ pub enum ResourceError {
     Path(#[from] PathError),
     /// The SVG is broken.
     #[error(transparent)]
-    Svg(#[from] SvgError),
+    Svg(#[from] OutlineError),
     /// The font is broken, or there is none of that name.
     #[error(transparent)]
     Font(#[from] FontError),

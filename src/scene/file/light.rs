@@ -7,13 +7,14 @@ use crate::color::luminance;
 use crate::light::{AreaLight, Layer, Placement};
 use crate::outline::bundled;
 use crate::outline::font::{Font, Tag};
-use crate::outline::svg::{self, SvgOptions};
+use crate::outline::svg::{ArtLayer, FontBytes, SvgOptions, svg};
 use crate::outline::text::{Align, Direction, TextStyle, layout};
 use crate::outline::{FillRule, Warning, path};
 use crate::scene::folder::Folder;
 use crate::shape::Bounds;
 use core::f64::consts::PI;
 use glam::{DAffine2, DVec2, DVec3};
+use std::sync::Arc;
 
 /// Largest SVG or font file, bytes.
 const MAX_BYTES: u64 = 64 << 20;
@@ -23,6 +24,9 @@ pub const EFFICACY: f64 = 683.0;
 
 /// Area of a light over the square of its larger side, below which it is rounding.
 const LEAST_AREA: f64 = 1e-12;
+
+/// Farthest a light may reach from the origin along an axis, metres.
+const MAX_REACH: f64 = 4e9;
 
 const POWER: Limit = Limit::new(|v| (0.0..=1e15).contains(&v), "between 0 and 1e15 W");
 const NITS: Limit = Limit::new(|v| (0.0..=1e15).contains(&v), "between 0 and 1e15 nits");
@@ -35,16 +39,13 @@ const COMMON: [&str; 9] =
     ["position", "rotation", "scale", "radiance", "power", "luminance", "color", "two_sided", "fill_rule"];
 
 /// What can shine: the key that says so, the keys that go with it, and how it is read.
-type Kind = (&'static str, &'static [&'static str], fn(&Source<'_, '_>, &mut Vec<Warning>) -> Result<Vec<Layer>, SceneError>);
+type Kind =
+    (&'static str, &'static [&'static str], fn(&Source<'_, '_>, &mut Vec<Warning>) -> Result<Vec<Layer>, SceneError>);
 
 const KINDS: [Kind; 3] = [
     ("path", &["path"], from_path),
     ("svg", &["svg", "size", "svg_colors"], from_svg),
-    (
-        "text",
-        &["text", "font", "size", "align", "letter_spacing", "line_height", "axes", "direction"],
-        from_text,
-    ),
+    ("text", &["text", "font", "size", "align", "letter_spacing", "line_height", "axes", "direction"], from_text),
 ];
 
 /// A light's table with the value of the key that says what shines.
@@ -64,7 +65,8 @@ pub(super) fn read(
     let given: Vec<_> = KINDS.iter().filter_map(|kind| table.get(kind.0).map(|value| (kind, value))).collect();
     let names: Vec<_> = given.iter().map(|(kind, _)| kind.0).collect();
     let Ok([((key, keys, build), value)]) = <[_; 1]>::try_from(given) else {
-        let found = if names.is_empty() { "none is given".into() } else { format!("{} are given", names.join(" and ")) };
+        let found =
+            if names.is_empty() { "none is given".into() } else { format!("{} are given", names.join(" and ")) };
         return Err(table.error(format!("a light has exactly one of path, svg, text; {found}")));
     };
     table.only(&[*keys, &COMMON].concat())?;
@@ -91,8 +93,16 @@ pub(super) fn read(
     let placement = Placement::new(position, rotation, scale.abs());
     let area: f64 = layers.iter().map(|l| l.shape.area()).sum();
     let bounds = layers.iter().map(|l| l.shape.bounds()).fold(Bounds::EMPTY, Bounds::union);
-    if !(area > LEAST_AREA * bounds.size().max_element().powi(2)) {
+    if area <= LEAST_AREA * bounds.size().max_element().powi(2) || layers.is_empty() {
         return Err(source.value.error(format!("the light \"{name}\" has no area")));
+    }
+    let corners =
+        [bounds.min, bounds.max, DVec2::new(bounds.min.x, bounds.max.y), DVec2::new(bounds.max.x, bounds.min.y)];
+    let reach = corners.map(|c| placement.point(c).abs().max_element()).into_iter().fold(0.0, f64::max);
+    if reach > MAX_REACH {
+        return Err(source
+            .value
+            .error(format!("the light reaches {reach:e} m from the origin; at most {MAX_REACH:e}")));
     }
     let sides = if two_sided { 2.0 } else { 1.0 };
     emit(table, &mut layers, placement.normal().length() * sides)?;
@@ -133,7 +143,7 @@ fn emit(table: &Table<'_>, layers: &mut [Layer], emitting: f64) -> Result<(), Sc
         let color = DVec3::from_array(color);
         let flux: DVec3 = layers.iter().map(|l| l.radiance * color * (PI * emitting * l.shape.area())).sum();
         let mean = flux.element_sum() / 3.0;
-        if !(mean > 0.0) {
+        if mean <= 0.0 {
             return Err(value.error("no radiance gives this power, since the light is black"));
         }
         color * (power / mean)
@@ -162,11 +172,14 @@ fn from_svg(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Vec<
     let size = source.table.read("size", |v| v.number(&LENGTH))?.unwrap_or(1.0);
     let own_colors = source.table.read("svg_colors", Value::boolean)?.unwrap_or(true);
     let bytes = source.folder.read(name, MAX_BYTES).map_err(|e| source.value.resource(e))?;
-    let art = svg::svg(&bytes, name, &SvgOptions { size }).map_err(|e| source.value.resource(e))?;
+    let fonts = bundled::bundled().iter().map(|f| Arc::new(f.bytes) as FontBytes).collect();
+    let options = SvgOptions { size, fonts, font_family: bundled::DEFAULT_FAMILY.into() };
+    let art = svg(&bytes, name, &options).map_err(|e| source.value.resource(e))?;
     warnings.extend(art.warnings);
-    let layer = |l: svg::ArtLayer| {
-        let color = if own_colors { l.color } else { DVec3::ONE };
-        Layer { shape: l.shape, radiance: color * l.opacity, opacity: l.opacity }
+    let layer = |l: ArtLayer| {
+        // The colours of the art are multiplied by the opacity already.
+        let radiance = if own_colors { DVec3::from_array(l.color) } else { DVec3::splat(l.opacity) };
+        Layer { shape: l.shape, radiance, opacity: l.opacity }
     };
     Ok(art.layers.into_iter().map(layer).collect())
 }

@@ -60,7 +60,9 @@ pub(super) fn read(table: &Table<'_>, folder: &Folder, textures: &mut Textures) 
     let alpha = table.read("alpha", unit)?;
     let roughness = table.read("roughness", unit)?;
     let alpha = match (alpha, roughness) {
-        (Some(_), Some(_)) => return Err(table.error("alpha and roughness are the same thing: give one (alpha = roughness²)")),
+        (Some(_), Some(_)) => {
+            return Err(table.error("alpha and roughness are the same thing: give one (alpha = roughness²)"));
+        }
         (Some(alpha), None) => alpha,
         (None, Some(roughness)) => roughness * roughness,
         (None, None) => default.alpha,

@@ -25,7 +25,11 @@ impl Document {
             let before = &self.text.as_bytes()[..at.min(self.text.len())];
             let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
             let column = String::from_utf8_lossy(&before[line_start..]).chars().count() + 1;
-            SceneError::Syntax { place: self.place(at, String::new()), column, message: e.message().replace('\n', ", ") }
+            SceneError::Syntax {
+                place: self.place(at, String::new()),
+                column,
+                message: e.message().replace('\n', ", "),
+            }
         })?;
         read(Table { document: self, path: String::new(), span: 0..0, entries: root.get_ref() })
     }
@@ -67,7 +71,8 @@ pub(super) struct Table<'d> {
 impl<'d> Table<'d> {
     /// Refuses keys other than `known`.
     pub(super) fn only(&self, known: &[&'static str]) -> Result<(), SceneError> {
-        let unknown = self.entries.keys().filter(|k| !known.contains(&k.get_ref().as_ref())).min_by_key(|k| k.span().start);
+        let unknown =
+            self.entries.keys().filter(|k| !known.contains(&k.get_ref().as_ref())).min_by_key(|k| k.span().start);
         match unknown {
             None => Ok(()),
             Some(key) => {
@@ -147,7 +152,7 @@ impl<'d> Value<'d> {
     /// What the value names cannot be used.
     pub(super) fn resource(&self, source: impl Into<ResourceError>) -> SceneError {
         let value = self.document.quote(self.value.span());
-        SceneError::Resource { place: self.place(), value, source: source.into() }
+        SceneError::Resource { place: self.place(), value, source: Box::new(source.into()) }
     }
 
     /// A number within `limit`; integers count.
@@ -178,7 +183,11 @@ impl<'d> Value<'d> {
 
     /// One number for all of `N`, or an array of `N`.
     pub(super) fn one_or<const N: usize>(&self, limit: &Limit) -> Result<[f64; N], SceneError> {
-        if matches!(self.value.get_ref(), DeValue::Array(_)) { self.numbers(limit) } else { Ok([self.number(limit)?; N]) }
+        if matches!(self.value.get_ref(), DeValue::Array(_)) {
+            self.numbers(limit)
+        } else {
+            Ok([self.number(limit)?; N])
+        }
     }
 
     /// A vector.

@@ -94,14 +94,16 @@ impl Collector {
     ) -> Result<(), MeshProblem> {
         let world = |i: usize| frame.map.transform_point3(Vec3::from(from.positions[i]).as_dvec3());
         let p = corners.map(world);
-        if let Some(far) = p.iter().find(|p| !(p.abs().max_element() <= MAX_POSITION)) {
+        // A comparison per axis: NaN, which deep trees of huge scales can make, is not inside.
+        let inside = |p: &DVec3| p.abs().cmple(DVec3::splat(MAX_POSITION)).all();
+        if let Some(far) = p.iter().find(|p| !inside(p)) {
             return Err(MeshProblem::Position(*far));
         }
         let (edge1, edge2) = (p[1] - p[0], p[2] - p[0]);
         let cross = edge1.cross(edge2);
         let longest = edge1.length_squared().max(edge2.length_squared()).max((p[2] - p[1]).length_squared());
         // A height below 1e-10 of the longest edge is rounding.
-        if !(cross.length() > 1e-10 * longest) {
+        if cross.length() <= 1e-10 * longest {
             self.degenerate += 1;
             return Ok(());
         }

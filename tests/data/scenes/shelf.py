@@ -2,7 +2,7 @@
 """Writes shelf.glb beside itself: a bookshelf of bevelled boards with a wood texture and a normal map, and a metal block.
 
 The boards are boxes whose bevels blend the normals of the faces that they join. Only the standard library; the same
-bytes for the same zlib. Run: python3 tests/data/shelf.py
+bytes for the same zlib. Run: python3 tests/data/scenes/shelf.py
 """
 import json, math, pathlib, struct, zlib
 
@@ -95,7 +95,7 @@ def box(w, h, d):
 
 binary = bytearray()
 doc = {
-    "asset": {"version": "2.0", "generator": "tests/data/shelf.py"},
+    "asset": {"version": "2.0", "generator": "tests/data/scenes/shelf.py"},
     "scene": 0,
     "scenes": [{"nodes": [0]}],
     "nodes": [{"name": "shelf", "children": []}],

@@ -1,0 +1,300 @@
+// The walk over the chord-moment tree. Twin of src/kernel/tree.rs, which explains it; the kinds of node come from there.
+
+const INFINITE_BOUND: f32 = 3e38;
+
+const PLACE_ABOVE: u32 = 0u;
+const PLACE_CUT: u32 = 1u;
+// Wholly below the first horizon, and the next value below the second.
+const PLACE_BELOW: u32 = 2u;
+
+// A value and what it cost.
+struct Integral {
+    // Normalised: 1 for a full hemisphere.
+    value: f32,
+    // Nodes and pieces of leaves visited.
+    visited: u32,
+}
+
+// The expansion point of a region in cosine space.
+struct Expansion {
+    // Unit direction of the region's centre.
+    dir: vec3f,
+    // 1/|p|.
+    inv: f32,
+    // D / (pi*|p|^3).
+    scale: f32,
+    // Squared ratio of the region's radius to |p|.
+    s2: f32,
+}
+
+fn expansion_about(map: CosineMap, center: vec2f, half: vec2f) -> Expansion {
+    let p = map_point(map, center);
+    let inv2 = 1.0 / dot(p, p);
+    let inv = sqrt(inv2);
+    let r2 = half.x * half.x * map.gram.x + half.y * half.y * map.gram.z + 2.0 * half.x * half.y * abs(map.gram.y);
+    return Expansion(p * inv, inv, map.depth / PI * inv2 * inv, r2 * inv2);
+}
+
+// Bound of what an expansion leaves out, for a region above the horizon (Gegenbauer: |C_n^(2)| <= (n+1)(n+2)(n+3)/6): of the
+// second order for a node, of the zeroth about its centroid for a piece of a leaf. For a region that a horizon may cut, the
+// bound of its whole integral. Infinite where the region reaches as far as the origin.
+fn remainder_bound(e: Expansion, area: f32, place: u32, piece: bool) -> f32 {
+    let s = sqrt(e.s2);
+    let gap = 1.0 - s;
+    if !(gap > 0.0) {
+        return INFINITE_BOUND;
+    }
+    let gap2 = gap * gap;
+    let above = select((20.0 * e.dir.z + 10.0) * e.s2 * s, (10.0 * e.dir.z + 4.0) * e.s2, piece);
+    return abs(e.scale) * area * select(clamp(e.dir.z + s, 0.0, 1.0), above, place == PLACE_ABOVE) / (gap2 * gap2);
+}
+
+// What the tolerance still allows at one shading point: the sum of the accepted bounds, and the largest bound that the next
+// node may have, both in tolerances.
+struct Budget {
+    spent: f32,
+    share: f32,
+}
+
+// Whether a node with this error bound need not be refined; if so, its bound is spent.
+fn budget_accept(budget: ptr<function, Budget>, bound: f32, tolerance: f32) -> bool {
+    if bound <= tolerance * (*budget).share {
+        (*budget).spent += bound / tolerance;
+        let left = SLACK / (SLACK + (*budget).spent);
+        (*budget).share = left * left;
+        return true;
+    }
+    return false;
+}
+
+// k*m0 + grad k*m1 + 1/2 H:m2.
+fn region_integral(map: CosineMap, e: Expansion, i: u32) -> f32 {
+    let z = e.dir.z;
+    let z0 = map.c0.z * e.inv;
+    let z1 = map.c1.z * e.inv;
+    let b0 = dot(map.c0, e.dir) * e.inv;
+    let b1 = dot(map.c1, e.dir) * e.inv;
+    let inv2 = e.inv * e.inv;
+    let gradient = (z0 - 4.0 * z * b0) * nodes[i].m1[0] + (z1 - 4.0 * z * b1) * nodes[i].m1[1];
+    let h00 = 6.0 * z * b0 * b0 - 2.0 * z0 * b0 - z * map.gram.x * inv2;
+    let h01 = 6.0 * z * b0 * b1 - z0 * b1 - z1 * b0 - z * map.gram.y * inv2;
+    let h11 = 6.0 * z * b1 * b1 - 2.0 * z1 * b1 - z * map.gram.z * inv2;
+    let curvature = 2.0 * (h00 * nodes[i].m2[0] + h11 * nodes[i].m2[2]) + 4.0 * h01 * nodes[i].m2[1];
+    return e.scale * (z * nodes[i].m0 + gradient + curvature);
+}
+
+// Where a box lies with respect to all horizons.
+fn box_place(clip: Clip, center: vec2f, half: vec2f) -> u32 {
+    if clip.planes == 0u {
+        return PLACE_ABOVE;
+    }
+    let first = box_side(clip.first.height, center, half);
+    if first == SIDE_BELOW {
+        return PLACE_BELOW;
+    }
+    if clip.planes == 1u {
+        return first;
+    }
+    let second = box_side(clip.second.height, center, half);
+    return select(max(first, second), PLACE_BELOW + 1u, second == SIDE_BELOW);
+}
+
+// A curve below one horizon still crosses the other: beyond the corner of the two lines, where each crossing
+// adds the same, so that only the end points count.
+fn far_crossing(clip: Clip, place: u32, a: vec2f, b: vec2f) -> f32 {
+    if clip.planes < 2u {
+        return 0.0;
+    }
+    if place == PLACE_BELOW {
+        return plane_far_crossing(clip.second) * far_sign(clip.second.height, a, b);
+    }
+    return plane_far_crossing(clip.first) * far_sign(clip.first.height, a, b);
+}
+
+// 1 where the edge comes up, -1 where it goes down.
+fn far_sign(height: Height, a: vec2f, b: vec2f) -> f32 {
+    return f32(height_at(height, b) > 0.0) - f32(height_at(height, a) > 0.0);
+}
+
+// The part of an edge above some planes, as a range of its parameter, and what its crossings close with.
+struct Cut {
+    start: f32,
+    end: f32,
+    closing: f32,
+}
+
+fn cut_at(map: CosineMap, plane: Horizon, cut_any: Cut, a: vec2f, b: vec2f) -> Cut {
+    var cut = cut_any;
+    let ha = height_at(plane.height, a);
+    let hb = height_at(plane.height, b);
+    if ha > 0.0 && hb > 0.0 {
+        return cut;
+    }
+    if !(ha > 0.0) && !(hb > 0.0) {
+        cut.end = 0.0;
+        return cut;
+    }
+    let t = ha / (ha - hb);
+    let closing = plane_crossing(plane, map_point(map, a + (b - a) * t));
+    if ha > 0.0 {
+        cut.closing -= closing;
+        cut.end = min(cut.end, t);
+    } else {
+        cut.closing += closing;
+        cut.start = max(cut.start, t);
+    }
+    return cut;
+}
+
+// The edge's part above all horizons, with the closing terms of its crossings.
+fn edge_above(map: CosineMap, clip: Clip, place: u32, a: vec2f, b: vec2f) -> f32 {
+    if place >= PLACE_BELOW {
+        return far_crossing(clip, place, a, b);
+    }
+    var cut = Cut(0.0, 1.0, 0.0);
+    if place == PLACE_CUT {
+        cut = cut_at(map, clip.first, cut, a, b);
+        if clip.planes == 2u {
+            cut = cut_at(map, clip.second, cut, a, b);
+        }
+        if !(cut.start < cut.end) {
+            return cut.closing;
+        }
+    }
+    let start = select(a + (b - a) * cut.start, a, cut.start == 0.0);
+    let end = select(a + (b - a) * cut.end, b, cut.end == 1.0);
+    return cut.closing + edge_integral(map, start, end);
+}
+
+// A cubic from p0 to p3 by its first, second and third differences.
+struct Cubic {
+    p0: vec2f,
+    p3: vec2f,
+    d0: vec2f,
+    d1: vec2f,
+    d2: vec2f,
+}
+
+// The point at t, as a displacement from the nearer end, which keeps the ends' digits.
+fn cubic_point(c: Cubic, t: f32) -> vec2f {
+    let s = 1.0 - t;
+    let e0 = c.d1 - c.d0;
+    let e1 = c.d2 - c.d1;
+    if t < s {
+        return c.p0 + (c.d0 * 3.0 + (e0 * 3.0 + (e1 - e0) * t) * t) * t;
+    }
+    return c.p3 - (c.d2 * 3.0 - (e1 * 3.0 - (e1 - e0) * s) * s) * s;
+}
+
+// A third of the derivative at t.
+fn cubic_tangent(c: Cubic, t: f32) -> vec2f {
+    let s = 1.0 - t;
+    return c.d0 * (s * s) + c.d1 * (2.0 * s * t) + c.d2 * (t * t);
+}
+
+// The clamped-cosine integral of an emission over the hemisphere that `clip` leaves, signed: positive in front of
+// the light (map.depth > 0), negative behind. Nodes whose error bound is within their share of `tolerance` are not refined.
+//
+// Nodes and the pieces of a refined cubic leaf take turns in one loop, so that invocations of which some are inside a leaf
+// stay together. A piece is its chord plus the sliver's area times the kernel at the sliver's centroid (0.4 of the sagitta
+// off the chord).
+fn tree_integral(
+    map: CosineMap,
+    clip: Clip,
+    emitter: Emitter,
+    tolerance: f32,
+    budget: ptr<function, Budget>,
+) -> Integral {
+    var contour = 0.0;
+    var region = 0.0;
+    var visited = 0u;
+    var i = emitter.first_node;
+    // Inside a leaf: piece `index` of 2^level, from `a`.
+    var leaf: Cubic;
+    var level = 0u;
+    var index = 0u;
+    var a: vec2f;
+    while i < emitter.end_node {
+        visited += 1u;
+        let piece = level > 0u;
+        var link = CUBIC;
+        var b: vec2f;
+        var center: vec2f;
+        var half: vec2f;
+        var area: f32;
+        var centroid: vec2f;
+        if piece {
+            let width = 1.0 / f32(1u << level);
+            let t0 = f32(index) * width;
+            let t1 = t0 + width;
+            b = leaf.p3;
+            if index + 1u != 1u << level {
+                b = cubic_point(leaf, t1);
+            }
+            let h0 = cubic_tangent(leaf, t0) * width;
+            let h1 = cubic_tangent(leaf, t1) * width;
+            let chord = b - a;
+            let q2 = chord - h1;
+            area = (3.0 * perp_dot(h0, q2) + 3.0 * perp_dot(h0, chord) + 6.0 * perp_dot(q2, chord)) / 20.0;
+            let low = min(min(a, a + h0), min(b - h1, b));
+            let high = max(max(a, a + h0), max(b - h1, b));
+            center = (low + high) * 0.5;
+            half = (high - low) * 0.5;
+            centroid = a + chord * 0.5 + (h0 - h1) * (0.375 * 0.4);
+        } else {
+            link = nodes[i].link;
+            a = nodes[i].a - map.foot;
+            b = nodes[i].b - map.foot;
+            center = nodes[i].center - map.foot;
+            half = nodes[i].half;
+            area = nodes[i].area;
+        }
+        let kind = link & ~LINK_MASK;
+        let place = box_place(clip, center, half);
+        let e = expansion_about(map, center, half);
+        var accept = false;
+        if kind != SEGMENT && place < PLACE_BELOW {
+            accept = budget_accept(budget, remainder_bound(e, abs(area), place, piece), tolerance);
+        }
+        if !accept && kind != SEGMENT && place < PLACE_BELOW && level < DEEPEST {
+            if piece {
+                level += 1u;
+                index *= 2u;
+            } else if kind == CUBIC {
+                let ends = handles[emitter.first_handles + (link & LINK_MASK)];
+                let p1 = ends.p1 - map.foot;
+                let p2 = ends.p2 - map.foot;
+                leaf = Cubic(a, b, p1 - a, p2 - p1, b - p2);
+                // The first halving is certain: the whole leaf has just been refused.
+                level = 1u;
+                index = 0u;
+            } else {
+                i += 1u;
+            }
+            continue;
+        }
+        if place == PLACE_ABOVE && accept && kind != SEGMENT {
+            if piece {
+                let p = map_point(map, centroid);
+                let inv2 = 1.0 / dot(p, p);
+                region += map.depth / PI * p.z * inv2 * inv2 * area;
+            } else {
+                region += region_integral(map, e, i);
+            }
+        }
+        if kind != CLUSTER {
+            contour += edge_above(map, clip, place, a, b);
+        }
+        if piece {
+            a = b;
+            index += 1u;
+            let up = min(countTrailingZeros(index), level);
+            index >>= up;
+            level -= up;
+            i += u32(level == 0u);
+        } else {
+            i = select(i + 1u, emitter.first_node + (link & LINK_MASK), kind <= RUN);
+        }
+    }
+    return Integral(contour / TAU + region, visited);
+}

@@ -1,0 +1,184 @@
+//! The GPU backend: the rasteriser finds the triangle that each sample sees, a compute pass shades it. The shaders are the
+//! WGSL twins of [`crate::kernel`], in f32 throughout. This folder alone names wgpu.
+//!
+//! Large pictures are drawn in tiles, so that no buffer but the scene's own grows with them.
+
+mod boxes;
+mod buffers;
+mod device;
+pub mod layout;
+mod pipelines;
+pub mod source;
+mod tiles;
+
+use super::cpu::Surfaces;
+use super::prepared::{self, Prepared};
+use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique};
+use crate::scene::Scene;
+use boxes::Boxes;
+use buffers::{Readback, SceneBuffers, storage, target};
+use bytemuck::Zeroable;
+use device::Device;
+use glam::UVec2;
+use layout::{Emitters, Features, Frame, MeterPoint, Reading};
+use pipelines::{Layouts, Pipelines};
+use source::SKIP_ROWS;
+use std::collections::HashMap;
+use std::sync::Mutex;
+use tiles::{Painter, Tile};
+
+/// Counters of each light: behind, below the horizon, without such a lobe.
+const SKIP_REASONS: usize = 3;
+/// Points of the light meter in a workgroup.
+const METER_GROUP: usize = 64;
+
+/// Which adapters will do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AdapterChoice {
+    /// Hardware only.
+    Hardware,
+    /// Hardware if there is any, else software.
+    Any,
+}
+
+/// Renders on a GPU.
+#[derive(Debug)]
+pub struct GpuBackend {
+    device: Device,
+    layouts: Layouts,
+    pipelines: Mutex<HashMap<Features, Pipelines>>,
+}
+
+impl GpuBackend {
+    /// Opens the best adapter of the wanted kind.
+    ///
+    /// # Errors
+    /// [`BackendError::NoAdapter`] where there is none, or none that will do.
+    pub fn new(choice: AdapterChoice) -> Result<Self, BackendError> {
+        let device = Device::open(choice)?;
+        let layouts = Layouts::new(&device);
+        device.check()?;
+        Ok(Self { device, layouts, pipelines: Mutex::default() })
+    }
+
+    /// Adapter, driver and interface.
+    pub fn device(&self) -> &str {
+        &self.device.name
+    }
+
+    /// Compiled once per combination of features.
+    fn pipelines(&self, features: Features) -> Result<Pipelines, BackendError> {
+        let mut known = self.pipelines.lock().map_err(|e| BackendError::Device(e.to_string()))?;
+        let pipelines = known.entry(features).or_insert_with(|| self.layouts.pipelines(&self.device, features)).clone();
+        self.device.check()?;
+        Ok(pipelines)
+    }
+
+    /// The light meter: both integrals of single emissions at `points`, by the shaders that shade pictures.
+    pub fn measure(&self, emitters: &[prepared::Emitter], points: &[MeterPoint]) -> Result<Vec<Reading>, BackendError> {
+        if points.is_empty() {
+            return Ok(Vec::new());
+        }
+        let device = &self.device;
+        let buffers = SceneBuffers::new(device, None, &Boxes::new(&[]), &Emitters::new(emitters))?;
+        let scene = self.layouts.bind_scene(device, &buffers);
+        let bytes = points.len() as u64 * size_of::<Reading>() as u64;
+        let readings = target(device, "readings", bytes)?;
+        let meter = self.layouts.bind_meter(device, &storage(device, "points", points)?, &readings);
+        let pipeline = self.layouts.meter_pipeline(device);
+        device.check()?;
+        let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &scene, &[]);
+        pass.set_bind_group(1, &meter, &[]);
+        pass.dispatch_workgroups(points.len().div_ceil(METER_GROUP) as u32, 1, 1);
+        drop(pass);
+        device.queue.submit([encoder.finish()]);
+        Readback::new(device, bytes).read(device, &readings, points.len() as u64, <[Reading]>::to_vec)
+    }
+}
+
+impl Backend for GpuBackend {
+    fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError> {
+        if settings.technique == Technique::Exact {
+            return Err(BackendError::CpuOnly);
+        }
+        let mut watch = Stopwatch::default();
+        let prepared = Prepared::new(scene, settings)?;
+        watch.lap("trees");
+        let surfaces = Surfaces::new(&prepared);
+        let boxes = Boxes::new(&prepared.triangles);
+        watch.lap("surfaces");
+        let pipelines = self.pipelines(Features::of(&prepared))?;
+        watch.lap("pipelines");
+        let buffers = SceneBuffers::new(&self.device, Some(&prepared), &boxes, &Emitters::new(&prepared.emitters))?;
+        let picture = UVec2::new(settings.width, settings.height);
+        let frame = Frame {
+            rays: prepared.rays,
+            picture,
+            steps: settings.steps().into(),
+            tolerance: settings.tolerance,
+            emitters: prepared.emitters.len() as u32,
+            boxes: boxes.boxes.len() as u32,
+            lights: scene.lights.len() as u32,
+            ..Frame::zeroed()
+        };
+        let counters = u64::from(SKIP_ROWS) * scene.lights.len().max(1) as u64 * SKIP_REASONS as u64;
+        let triangles = prepared.triangles.len() as u32;
+        let painter = Painter::new(&self.device, &self.layouts, pipelines, buffers, &frame, triangles, counters)?;
+        self.device.wait()?;
+        watch.lap("upload");
+        let mut pixels = vec![Shaded::default(); settings.width as usize * settings.height as usize];
+        let (mut shaded, mut nodes) = (0, 0);
+        for tile in Tile::all(&frame) {
+            painter.paint(tile, &frame, &prepared.offsets, |painted| {
+                for (row, y) in painted.chunks(tile.size.x as usize).zip(tile.origin.y..) {
+                    let first = y as usize * settings.width as usize + tile.origin.x as usize;
+                    for (pixel, sum) in row.iter().zip(&mut pixels[first..]) {
+                        let coverage = pixel.shaded() as f32;
+                        *sum = Shaded { diffuse: pixel.diffuse, specular: pixel.specular, coverage };
+                        sum.scale(1.0 / settings.samples as f32);
+                        shaded += u64::from(pixel.shaded());
+                        nodes += pixel.visited();
+                    }
+                }
+            })?;
+        }
+        let skips = painter.skips()?;
+        watch.lap("shading");
+        let film = super::compose(scene, &prepared, &surfaces, settings, &pixels);
+        watch.lap("lights in view");
+        let lights = light_stats(scene, &prepared, shaded, &skips);
+        let skipped: u64 = lights.iter().map(|l| l.behind + l.below_horizon + l.no_lobe).sum();
+        let candidates: u64 = lights.iter().map(|l| l.candidates).sum();
+        let stats = Stats {
+            backend: "gpu".into(),
+            device: self.device.name.clone(),
+            stages: watch.laps,
+            shaded,
+            integrals: candidates - skipped,
+            nodes,
+            lights,
+        };
+        Ok(Rendering { film, stats })
+    }
+}
+
+/// The lights' counters, from the rows of `skips`.
+fn light_stats(scene: &Scene, prepared: &Prepared, shaded: u64, skips: &[u64]) -> Vec<LightStats> {
+    let sum = |light: usize, reason: usize| -> u64 {
+        skips.iter().skip(light * SKIP_REASONS + reason).step_by(scene.lights.len() * SKIP_REASONS).sum()
+    };
+    let stats = |(index, light): (usize, &crate::light::AreaLight)| {
+        let emissions = prepared.emitters.iter().filter(|e| e.light == index).count() as u64;
+        LightStats {
+            name: light.name.clone(),
+            candidates: shaded * emissions * 2,
+            behind: sum(index, 0),
+            below_horizon: sum(index, 1),
+            no_lobe: sum(index, 2),
+        }
+    };
+    scene.lights.iter().enumerate().map(stats).collect()
+}

@@ -1,0 +1,219 @@
+//! The picture in tiles: what is drawn for each, and what comes back.
+
+use super::buffers::{Readback, SceneBuffers, target};
+use super::device::Device;
+use super::layout::{Frame, Pixel};
+use super::pipelines::{DEPTH_FORMAT, Layouts, Pipelines, VISIBILITY_FORMAT};
+use crate::backend::BackendError;
+use glam::{DVec2, UVec2, Vec2, Vec4};
+use wgpu::{BindGroup, Buffer, CommandEncoder, TextureFormat, TextureUsages, TextureView};
+
+/// Longest side of a tile, pixels.
+const LONGEST: u32 = 1024;
+/// Shortest side of a tile, where the picture is not shorter.
+const SHORTEST: u32 = 128;
+/// Pixels times emitters of one dispatch: drivers end those that take seconds.
+const WORK: u32 = 1 << 26;
+/// Pixels around a tile that the G-buffer holds beside it.
+const BORDER: u32 = 1;
+/// Pixels along a side of a workgroup.
+const GROUP: u32 = 8;
+
+/// A part of the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tile {
+    /// First pixel.
+    pub origin: UVec2,
+    /// Pixels across and down.
+    pub size: UVec2,
+}
+
+impl Tile {
+    /// The longest side of the tiles of a scene with that many emitters.
+    fn side(emitters: u32) -> u32 {
+        (WORK / emitters.max(1)).isqrt().next_multiple_of(GROUP).clamp(SHORTEST, LONGEST)
+    }
+
+    /// The tiles of a picture, row by row.
+    pub fn all(frame: &Frame) -> impl Iterator<Item = Self> {
+        let (picture, side) = (frame.picture, Self::side(frame.emitters));
+        let rows = (0..picture.y).step_by(side as usize);
+        rows.flat_map(move |y| (0..picture.x).step_by(side as usize).map(move |x| UVec2::new(x, y)))
+            .map(move |origin| Self { origin, size: (picture - origin).min(UVec2::splat(side)) })
+    }
+
+    /// From the picture's −1..1 to the tile's, for a sample that is rasterised at its pixel's centre.
+    fn raster(&self, picture: UVec2, offset: [f32; 2]) -> Vec4 {
+        let target = (self.size + 2 * BORDER).as_dvec2();
+        let first = self.origin.as_dvec2() - f64::from(BORDER);
+        let offset = Vec2::from_array(offset).as_dvec2();
+        let scale = picture.as_dvec2() / target;
+        // Where the picture's middle falls, in pixels of the target from its upper left corner.
+        let middle = picture.as_dvec2() * 0.5 - offset + 0.5 - first;
+        let shift = (middle / target * 2.0 - 1.0) * DVec2::new(1.0, -1.0);
+        Vec4::new(scale.x as f32, scale.y as f32, shift.x as f32, shift.y as f32)
+    }
+}
+
+/// What the tiles of a picture are drawn with.
+pub struct Painter<'a> {
+    device: &'a Device,
+    pipelines: Pipelines,
+    buffers: SceneBuffers,
+    scene: BindGroup,
+    tile: BindGroup,
+    visibility: TextureView,
+    depth: TextureView,
+    pixels: Buffer,
+    skips: Buffer,
+    counters: u64,
+    readback: Readback,
+    triangles: u32,
+}
+
+impl<'a> Painter<'a> {
+    /// For the tiles of a picture with that many skip counters, at least one.
+    pub fn new(
+        device: &'a Device,
+        layouts: &Layouts,
+        pipelines: Pipelines,
+        buffers: SceneBuffers,
+        frame: &Frame,
+        triangles: u32,
+        counters: u64,
+    ) -> Result<Self, BackendError> {
+        let size = frame.picture.min(UVec2::splat(Tile::side(frame.emitters)));
+        let bytes = u64::from(size.x * size.y) * size_of::<Pixel>() as u64;
+        let pixels = target(device, "pixels", bytes)?;
+        let skips = target(device, "skip counters", counters * 8)?;
+        let readback = Readback::new(device, bytes.max(counters * 8));
+        let visibility = texture(device, size, VISIBILITY_FORMAT, TextureUsages::TEXTURE_BINDING);
+        let depth = texture(device, size, DEPTH_FORMAT, TextureUsages::empty());
+        let scene = layouts.bind_scene(device, &buffers);
+        let tile = layouts.bind_tile(device, &visibility, &pixels, &skips);
+        device.check()?;
+        Ok(Self {
+            device,
+            pipelines,
+            buffers,
+            scene,
+            tile,
+            visibility,
+            depth,
+            pixels,
+            skips,
+            counters,
+            readback,
+            triangles,
+        })
+    }
+
+    /// Draws all samples of a tile and shows its pixels, row by row, to `look`.
+    pub fn paint(
+        &self,
+        tile: Tile,
+        frame: &Frame,
+        offsets: &[[f32; 2]],
+        look: impl FnOnce(&[Pixel]),
+    ) -> Result<(), BackendError> {
+        for (sample, &offset) in offsets.iter().enumerate() {
+            let frame = Frame {
+                raster: tile.raster(frame.picture, offset),
+                tile_origin: tile.origin,
+                tile_size: tile.size,
+                offset: offset.into(),
+                ..*frame
+            };
+            self.device.queue.write_buffer(&self.buffers.frame, 0, bytemuck::bytes_of(&frame));
+            let mut encoder = self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            if sample == 0 {
+                encoder.clear_buffer(&self.pixels, 0, None);
+            }
+            self.draw(&mut encoder, tile);
+            self.shade(&mut encoder, tile);
+            self.device.queue.submit([encoder.finish()]);
+            // Frees what finished samples have used.
+            let polled = self.device.device.poll(wgpu::PollType::Poll);
+            polled.map_err(|e| BackendError::Device(e.to_string()))?;
+            self.device.check()?;
+        }
+        self.readback.read(self.device, &self.pixels, u64::from(tile.size.x * tile.size.y), look)
+    }
+
+    /// The skip counters of all rows.
+    pub fn skips(&self) -> Result<Vec<u64>, BackendError> {
+        self.readback.read(self.device, &self.skips, self.counters, <[u64]>::to_vec)
+    }
+
+    fn draw(&self, encoder: &mut CommandEncoder, tile: Tile) {
+        let nothing = |load| wgpu::Operations { load: wgpu::LoadOp::Clear(load), store: wgpu::StoreOp::Store };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("gbuffer"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.visibility,
+                depth_slice: None,
+                resolve_target: None,
+                ops: nothing(wgpu::Color::TRANSPARENT),
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+                stencil_ops: None,
+            }),
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        let target = (tile.size + 2 * BORDER).as_vec2();
+        pass.set_viewport(0.0, 0.0, target.x, target.y, 0.0, 1.0);
+        pass.set_pipeline(&self.pipelines.gbuffer);
+        pass.set_bind_group(0, &self.scene, &[]);
+        pass.draw(0..self.triangles * 3, 0..1);
+    }
+
+    fn shade(&self, encoder: &mut CommandEncoder, tile: Tile) {
+        let mut pass =
+            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("light"), timestamp_writes: None });
+        pass.set_pipeline(&self.pipelines.light);
+        pass.set_bind_group(0, &self.scene, &[]);
+        pass.set_bind_group(1, &self.tile, &[]);
+        pass.dispatch_workgroups(tile.size.x.div_ceil(GROUP), tile.size.y.div_ceil(GROUP), 1);
+    }
+}
+
+fn texture(device: &Device, tile: UVec2, format: TextureFormat, usage: TextureUsages) -> TextureView {
+    let size = tile + 2 * BORDER;
+    let texture = device.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("gbuffer"),
+        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: usage | TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    #[test]
+    fn tiles_cover_the_picture_once() {
+        for (width, height, emitters) in [(1, 1, 0), (1024, 1024, 1), (1025, 300, 64), (700, 3000, 100_000)] {
+            let frame = Frame { picture: UVec2::new(width, height), emitters, ..Frame::zeroed() };
+            let mut covered = vec![0_u8; (width * height) as usize];
+            for tile in Tile::all(&frame) {
+                assert!(tile.size.max_element() <= Tile::side(emitters));
+                for y in tile.origin.y..tile.origin.y + tile.size.y {
+                    for x in tile.origin.x..tile.origin.x + tile.size.x {
+                        covered[(y * width + x) as usize] += 1;
+                    }
+                }
+            }
+            assert!(covered.iter().all(|&n| n == 1));
+        }
+        assert_eq!([0, 64, 1000, u32::MAX].map(Tile::side), [1024, 1024, 264, 128]);
+    }
+}

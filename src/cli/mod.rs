@@ -1,0 +1,94 @@
+//! The command line: one file per verb; the only folder that prints.
+//!
+//! Exit codes: 0 done, 2 for an error, which is one message on standard error and leaves no file behind.
+
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+mod fit;
+mod inspect;
+mod lights;
+mod probe;
+mod render;
+mod values;
+
+use crate::error::Error;
+use clap::{Parser, Subcommand};
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Text and SVG art as area lights.
+#[derive(Debug, Parser)]
+#[command(version, about, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Render a scene file, a text or an SVG as lights
+    Render(Box<render::Args>),
+    /// Show what a font's text, an SVG or path data becomes: contours, areas, tree
+    Inspect(Box<inspect::Args>),
+    /// The light meter: values without a picture
+    Probe(probe::Args),
+    /// Fit the table of linearly transformed cosines
+    Fit(fit::Args),
+}
+
+/// Runs the command and gives its exit code.
+pub fn run(cli: Cli) -> ExitCode {
+    let done = match cli.verb {
+        Verb::Render(args) => render::run(&args),
+        Verb::Inspect(args) => inspect::run(&args),
+        Verb::Probe(args) => probe::run(&args),
+        Verb::Fit(args) => fit::run(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        // Whoever reads our output has seen enough.
+        Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// One line on standard error for each warning.
+fn warn<T: std::fmt::Display>(warnings: impl IntoIterator<Item = T>) {
+    for warning in warnings {
+        eprintln!("warning: {warning}");
+    }
+}
+
+/// Writes a line to standard output; a closed pipe is an error, not a panic.
+fn say(line: impl std::fmt::Display) -> Result<(), Error> {
+    let stdout = Path::new("standard output");
+    writeln!(std::io::stdout().lock(), "{line}").map_err(|source| Error::io(stdout, source))
+}
+
+/// The name of a light on one line of a table, shortened.
+fn label(name: &str) -> String {
+    const SHOWN: usize = 40;
+    let more = if name.chars().nth(SHOWN).is_some() { "…" } else { "" };
+    let shown: String = name.chars().take(SHOWN).collect();
+    format!("{}{more}", shown.escape_debug())
+}
+
+/// Reads a file or pipe the user named, up to a limit.
+fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
+    let io = |source| Error::io(path, source);
+    let file = File::open(path).map_err(io)?;
+    if file.metadata().map_err(io)?.is_dir() {
+        return Err(io(std::io::ErrorKind::IsADirectory.into()));
+    }
+    let mut bytes = Vec::new();
+    file.take(limit + 1).read_to_end(&mut bytes).map_err(io)?;
+    if bytes.len() as u64 > limit {
+        return Err(Error::Usage(format!("{}: more than {limit} bytes", path.display())));
+    }
+    Ok(bytes)
+}

@@ -1,0 +1,234 @@
+//! `glyphlight probe`: values as JSON lines.
+
+use super::values::{TechniqueArg, positive};
+use super::{read, say};
+use crate::backend::Settings;
+use crate::backend::exact::{ExactMap, exact_integral};
+use crate::backend::gather::Images;
+use crate::backend::prepared::Prepared;
+use crate::brdf::ltc::Table;
+use crate::error::Error;
+use crate::kernel::frame::ShadingFrame;
+use crate::kernel::horizon::Clip;
+use crate::kernel::map::CosineMap;
+use crate::kernel::tree::{Budget, tree_integral};
+use crate::light::tree::Tree;
+use crate::scene::file;
+use crate::shape::{CubicBez, Shape};
+use clap::Subcommand;
+use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Largest coordinate, in light space and in cosine space.
+const LARGEST: f64 = 1e30;
+
+/// Least of the largest coordinate in cosine space.
+const SMALLEST: f64 = 1e-30;
+
+/// Farthest point of a scene along an axis, metres.
+const FARTHEST: f64 = 1e12;
+
+/// Largest file of cases or points.
+const MAX_BYTES: u64 = 1 << 30;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    /// The clamped-cosine integral of shapes given in cosine space
+    ///
+    /// A line of CASES has `id`, `curves` (closed contours, cubics in order as [[x,y],[x,y],[x,y],[x,y]]; a new contour starts
+    /// where a curve does not begin at the last end point) and `c0`, `c1`, `c2`: the images of the light's x axis, y axis and
+    /// origin in cosine space. Prints {"id":…,"value":E,"visited":n}, E clipped at z = 0 only.
+    Integral {
+        /// Cases, one JSON object per line
+        cases: PathBuf,
+        #[command(flatten)]
+        how: How,
+    },
+    /// Irradiance and reflected radiance at points of a scene
+    ///
+    /// A line of POINTS has `position`, `normal`, `view` (towards the eye) and `alpha` (GGX width). Prints
+    /// {"irradiance":[r,g,b],"specular":[r,g,b]}: irradiance in W/m², and the radiance reflected by a specular lobe with
+    /// Fresnel = 1, all lights together.
+    Scene {
+        /// The scene file
+        scene: PathBuf,
+        /// Points, one JSON object per line
+        #[arg(long)]
+        points: PathBuf,
+        #[command(flatten)]
+        how: How,
+    },
+}
+
+#[derive(Debug, clap::Args)]
+struct How {
+    /// How integrals are evaluated
+    #[arg(long, value_enum, default_value_t = TechniqueArg::Tree)]
+    technique: TechniqueArg,
+    /// Error allowed by the tree: of the integral, or of the radiance at a point
+    #[arg(long, default_value_t = 1e-5, value_parser = positive)]
+    tolerance: f32,
+}
+
+pub fn run(args: &Args) -> Result<(), Error> {
+    match &args.what {
+        What::Integral { cases, how } => integrals(cases, how),
+        What::Scene { scene, points, how } => scene_points(scene, points, how),
+    }
+}
+
+/// Calls `each` with every line of a JSON-lines file, parsed. Blank lines are passed over.
+fn lines<T: for<'a> Deserialize<'a>>(
+    path: &Path,
+    mut each: impl FnMut(T) -> Result<String, String>,
+) -> Result<(), Error> {
+    let bytes = read(path, MAX_BYTES)?;
+    for (i, line) in bytes.split(|&b| b == b'\n').enumerate() {
+        if line.iter().all(u8::is_ascii_whitespace) {
+            continue;
+        }
+        let answer = serde_json::from_slice(line).map_err(|e| e.to_string()).and_then(&mut each);
+        let message = |message| Error::Line { file: path.display().to_string(), line: i + 1, message };
+        say(answer.map_err(message)?)?;
+    }
+    Ok(())
+}
+
+#[derive(Deserialize)]
+struct Case {
+    id: serde_json::Value,
+    curves: Vec<[[f64; 2]; 4]>,
+    c0: [f64; 3],
+    c1: [f64; 3],
+    c2: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct Value {
+    id: serde_json::Value,
+    value: f64,
+    visited: u32,
+}
+
+fn integrals(path: &Path, how: &How) -> Result<(), Error> {
+    lines(path, |case: Case| {
+        let shape = contours(&case.curves)?;
+        let c = cosine_space(&case)?;
+        let (value, visited) = match how.technique {
+            TechniqueArg::Exact => (exact_integral(&ExactMap { c, horizon: None }, &shape), 0),
+            TechniqueArg::Tree => one_sided(c, &shape, how.tolerance)?,
+        };
+        Ok(json(&Value { id: case.id, value, visited }))
+    })
+}
+
+/// The map to cosine space. Only its direction counts, but its products must not leave the range of f64.
+fn cosine_space(case: &Case) -> Result<[DVec3; 3], String> {
+    let c = [case.c0, case.c1, case.c2].map(DVec3::from_array);
+    let largest = c.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+    if (SMALLEST..=LARGEST).contains(&largest) {
+        return Ok(c);
+    }
+    Err(format!("the largest of `c0`, `c1`, `c2` is {largest:e}; it must be {SMALLEST:e} to {LARGEST:e}"))
+}
+
+fn json(value: &impl Serialize) -> String {
+    serde_json::to_string(value).unwrap_or_else(|e| e.to_string())
+}
+
+/// Splits a list of curves where one does not begin at the last end point.
+fn contours(curves: &[[[f64; 2]; 4]]) -> Result<Shape, String> {
+    let mut contours: Vec<Vec<CubicBez>> = Vec::new();
+    let mut end = None;
+    for points in curves {
+        if let Some(point) = points.iter().find(|p| p.iter().any(|v| v.abs() > LARGEST)) {
+            return Err(format!("`curves`: control point {point:?} is beyond ±{LARGEST:e}"));
+        }
+        let [p0, p1, p2, p3] = points.map(DVec2::from_array);
+        let curve = CubicBez::new(p0, p1, p2, p3);
+        match contours.last_mut() {
+            Some(contour) if end == Some(p0) => contour.push(curve),
+            _ => contours.push(vec![curve]),
+        }
+        end = Some(p3);
+    }
+    if contours.is_empty() {
+        return Err("`curves` is empty".into());
+    }
+    Shape::from_contours(contours).map_err(|e| format!("`curves`: {e}"))
+}
+
+fn one_sided(c: [DVec3; 3], shape: &Shape, tolerance: f32) -> Result<(f64, u32), String> {
+    let tree = Tree::new(shape).map_err(|e| format!("`curves`: {e}"))?;
+    let Some(map) = CosineMap::new(c, tree.center, tree.half).filter(|map| map.depth > 0.0) else {
+        return Ok((0.0, 0));
+    };
+    let root = &tree.nodes[0];
+    let Some(clip) = Clip::new(&map, None, root.center - map.foot, root.half) else { return Ok((0.0, 0)) };
+    let integral = tree_integral(&map, &clip, tree.view(), tolerance, &mut Budget::default());
+    Ok((f64::from(integral.value), integral.visited))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Point {
+    #[serde(default)]
+    id: Option<serde_json::Value>,
+    position: [f64; 3],
+    normal: [f64; 3],
+    view: [f64; 3],
+    alpha: f64,
+}
+
+#[derive(Serialize)]
+struct Reading {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    id: Option<serde_json::Value>,
+    irradiance: [f64; 3],
+    specular: [f64; 3],
+}
+
+fn scene_points(scene: &Path, points: &Path, how: &How) -> Result<(), Error> {
+    let loaded = file::load(scene)?;
+    super::warn(&loaded.warnings);
+    let settings =
+        Settings { width: 1, height: 1, samples: 1, tolerance: how.tolerance, technique: how.technique.into() };
+    let prepared = Prepared::new(&loaded.scene, &settings)?;
+    lines(points, |point: Point| reading(&prepared, &settings, point).map(|r| json(&r)))
+}
+
+fn reading(prepared: &Prepared, settings: &Settings, point: Point) -> Result<Reading, String> {
+    let unit = |key: &str, v: [f64; 3]| {
+        DVec3::from_array(v).try_normalize().ok_or_else(|| format!("`{key}` = {v:?} has no direction"))
+    };
+    if !(0.0..=1.0).contains(&point.alpha) {
+        return Err(format!("`alpha` = {} is not between 0 and 1", point.alpha));
+    }
+    if point.position.iter().any(|v| v.abs() > FARTHEST) {
+        return Err(format!("`position` = {:?} is beyond ±{FARTHEST:e} m", point.position));
+    }
+    let frame = ShadingFrame::new(unit("normal", point.normal)?, unit("view", point.view)?);
+    let lobe = Table::shipped().lobe(point.alpha as f32, frame.cos_theta as f32);
+    let position = DVec3::from_array(point.position) - prepared.eye;
+    let [mut irradiance, mut specular] = [DVec3::ZERO; 2];
+    let mut budgets = [Budget::default(); 2];
+    for emitter in &prepared.emitters {
+        let Ok(images) = Images::new(emitter, &frame, position) else { continue };
+        let radiance = emitter.radiance.as_dvec3();
+        let tolerance = settings.tolerance / emitter.radiance.max_element().max(f32::MIN_POSITIVE);
+        if let Ok(integral) = images.integral(emitter, None, tolerance, &mut budgets[0], settings.technique) {
+            irradiance += radiance * (core::f64::consts::PI * integral.value);
+        }
+        if let Ok(integral) = images.integral(emitter, Some(&lobe), tolerance, &mut budgets[1], settings.technique) {
+            specular += radiance * (f64::from(lobe.magnitude / lobe.above) * integral.value);
+        }
+    }
+    Ok(Reading { id: point.id, irradiance: irradiance.to_array(), specular: specular.to_array() })
+}

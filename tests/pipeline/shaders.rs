@@ -1,0 +1,111 @@
+//! The shaders without a GPU: they parse, they validate, and their structs lie in memory as the Rust ones do.
+
+#![cfg(feature = "gpu")]
+
+use core::mem::offset_of;
+use glyphlight::backend::gpu::layout::{Box, Emitter, Frame, MeterPoint, Pixel, Reading};
+use glyphlight::backend::gpu::source::{Source, gbuffer, light, meter};
+use glyphlight::kernel::surface::{Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle};
+use glyphlight::kernel::tree::{Handles, Node};
+use std::collections::BTreeMap;
+use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
+use wgpu::naga::{Module, TypeInner, front::wgsl};
+
+fn validate(code: &str) -> Result<Module, String> {
+    let module = wgsl::parse_str(code).map_err(|e| e.emit_to_string(code))?;
+    Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(&module)
+        .map_err(|e| e.emit_to_string(code))?;
+    Ok(module)
+}
+
+fn module(source: &Source) -> Module {
+    validate(&source.code).unwrap_or_else(|e| panic!("{}: {e}", source.name))
+}
+
+#[test]
+fn every_pass_validates_and_has_its_entry_points() {
+    let passes = [
+        (gbuffer(), vec!["draw_triangle", "store_triangle"]),
+        (light(), vec!["light_pixels"]),
+        (meter(), vec!["read_meter"]),
+    ];
+    for (source, entries) in passes {
+        let found: Vec<String> = module(&source).entry_points.iter().map(|e| e.name.clone()).collect();
+        assert_eq!(found, entries, "{}", source.name);
+        // A member that does not exist, and a word that is none.
+        assert!(validate(&source.code.replacen(".xyz", ".xyq", 1)).is_err() || !source.code.contains(".xyz"));
+        assert!(validate(&source.code.replacen("return", "retrun", 1)).is_err());
+    }
+}
+
+/// Size and member offsets of a struct.
+type Layout = (u32, Vec<(String, u32)>);
+
+/// The layouts of all structs of a module.
+fn layouts(module: &Module) -> BTreeMap<String, Layout> {
+    let layout = |(_, ty): (_, &wgpu::naga::Type)| match (&ty.name, &ty.inner) {
+        (Some(name), TypeInner::Struct { members, span }) => {
+            let member = |m: &wgpu::naga::StructMember| (m.name.clone().unwrap_or_default(), m.offset);
+            Some((name.clone(), (*span, members.iter().map(member).collect())))
+        }
+        _ => None,
+    };
+    module.types.iter().filter_map(layout).collect()
+}
+
+macro_rules! layout {
+    ($type:ident: $($member:ident)*) => {
+        (
+            stringify!($type),
+            (
+                size_of::<$type>() as u32,
+                vec![$((stringify!($member).to_string(), offset_of!($type, $member) as u32)),*],
+            ),
+        )
+    };
+}
+
+fn rust_layouts() -> Vec<(&'static str, Layout)> {
+    vec![
+        layout!(Rays: forward right up),
+        layout!(Frame: rays raster picture tile_origin tile_size offset steps tolerance emitters boxes lights pad),
+        layout!(SurfaceTriangle: p0 e1 e2 n0 n1 n2 t0 t1 t2),
+        layout!(SurfaceMaterial: base_color alpha specular normal_scale base_color_texture
+            metallic_roughness_texture normal_texture pad),
+        layout!(SurfaceTexture: offset width height levels),
+        layout!(Emitter: x first_node y end_node center first_handles normal light radiance two_sided),
+        layout!(Node: center half a b m0 m1 m2 area link),
+        layout!(Handles: p1 p2 low1 low2),
+        layout!(Box: low skip high triangles),
+        layout!(Pixel: diffuse samples specular nodes),
+        layout!(MeterPoint: position emitter normal alpha view tolerance),
+        layout!(Reading: diffuse specular diffuse_nodes specular_nodes),
+    ]
+}
+
+#[test]
+fn structs_lie_as_in_rust() {
+    let mut found = BTreeMap::new();
+    for source in [gbuffer(), light(), meter()] {
+        found.extend(layouts(&module(&source)));
+    }
+    for (name, (size, mut members)) in rust_layouts() {
+        if name == "SurfaceTriangle" {
+            // The last word of t2 holds the material's index, which WGSL gives a name.
+            let t2 = members.last().expect("members").1;
+            members.push(("material".into(), t2 + 12));
+        }
+        assert_eq!(found.get(name), Some(&(size, members)), "{name}");
+    }
+}
+
+#[test]
+fn a_moved_member_is_noticed() {
+    let code = light().code;
+    let moved = code.replace("    first_node: u32,\n    y: vec3f,", "    y: vec3f,\n    first_node: u32,");
+    assert_ne!(code, moved);
+    let moved = layouts(&validate(&moved).expect("a valid module"));
+    let (name, layout) = layout!(Emitter: x first_node y end_node center first_handles normal light radiance two_sided);
+    assert_ne!(moved[name], layout);
+}
