@@ -26,6 +26,9 @@ pub struct Device {
 impl Device {
     /// Opens the best adapter of the wanted kind, with all that it allows.
     pub fn open(choice: AdapterChoice) -> Result<Self, BackendError> {
+        if choice == AdapterChoice::Hardware && !hardware_is_possible() {
+            return Err(BackendError::NoAdapter("the system has no graphics device".into()));
+        }
         let instance = Instance::new(InstanceDescriptor::new_without_display_handle());
         let mut adapters = pollster::block_on(instance.enumerate_adapters(Backends::PRIMARY));
         let seen: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
@@ -113,6 +116,14 @@ fn rank(info: &AdapterInfo) -> u32 {
         DeviceType::Other => 3,
         DeviceType::Cpu => SOFTWARE,
     }
+}
+
+/// Whether there can be a hardware adapter. On Linux it has a device file; without one, loading the drivers would cost
+/// time, and lines of theirs on standard error, for nothing.
+fn hardware_is_possible() -> bool {
+    const DEVICES: [&str; 6] =
+        ["/dev/dri", "/dev/nvidiactl", "/dev/nvidia0", "/dev/dxg", "/dev/kgsl-3d0", "/dev/mali0"];
+    !cfg!(target_os = "linux") || DEVICES.iter().any(|device| std::path::Path::new(device).exists())
 }
 
 #[cfg(test)]
