@@ -1,7 +1,7 @@
 //! `glyphlight inspect`: what an input becomes.
 
 use super::lights::{Art, Source, Style};
-use super::{label, say};
+use super::{json, label, say};
 use crate::error::Error;
 use crate::film::{Format, check_writable, diagram};
 use crate::light::tree::Tree;
@@ -89,7 +89,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
     }
     let report = Report { emissions, warnings };
     if args.json {
-        return say(serde_json::to_string(&report).unwrap_or_default());
+        return say(json(&report)?);
     }
     say(table(&report.emissions))?;
     report.warnings.iter().try_for_each(|w| say(format!("warning: {w}")))

@@ -64,6 +64,11 @@ fn warn<T: std::fmt::Display>(warnings: impl IntoIterator<Item = T>) {
     }
 }
 
+/// A value as one line of JSON.
+fn json(value: &impl serde::Serialize) -> Result<String, Error> {
+    serde_json::to_string(value).map_err(|e| Error::Usage(format!("JSON: {e}")))
+}
+
 /// Writes a line to standard output; a closed pipe is an error, not a panic.
 fn say(line: impl std::fmt::Display) -> Result<(), Error> {
     let stdout = Path::new("standard output");

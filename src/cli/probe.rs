@@ -1,7 +1,7 @@
 //! `glyphlight probe`: values as JSON lines.
 
 use super::values::{TechniqueArg, positive};
-use super::{read, say};
+use super::{json, read, say};
 use crate::backend::Settings;
 use crate::backend::exact::{ExactMap, exact_integral};
 use crate::backend::gather::Images;
@@ -125,7 +125,7 @@ fn integrals(path: &Path, how: &How) -> Result<(), Error> {
             TechniqueArg::Exact => (exact_integral(&ExactMap { c, horizon: None }, &shape), 0),
             TechniqueArg::Tree => one_sided(c, &shape, how.tolerance)?,
         };
-        Ok(json(&Value { id: case.id, value, visited }))
+        json(&Value { id: case.id, value, visited }).map_err(|e| e.to_string())
     })
 }
 
@@ -137,10 +137,6 @@ fn cosine_space(case: &Case) -> Result<[DVec3; 3], String> {
         return Ok(c);
     }
     Err(format!("the largest of `c0`, `c1`, `c2` is {largest:e}; it must be {SMALLEST:e} to {LARGEST:e}"))
-}
-
-fn json(value: &impl Serialize) -> String {
-    serde_json::to_string(value).unwrap_or_else(|e| e.to_string())
 }
 
 /// Splits a list of curves where one does not begin at the last end point.
@@ -201,7 +197,7 @@ fn scene_points(scene: &Path, points: &Path, how: &How) -> Result<(), Error> {
     let settings =
         Settings { width: 1, height: 1, samples: 1, tolerance: how.tolerance, technique: how.technique.into() };
     let prepared = Prepared::new(&loaded.scene, &settings)?;
-    lines(points, |point: Point| reading(&prepared, &settings, point).map(|r| json(&r)))
+    lines(points, |point: Point| json(&reading(&prepared, &settings, point)?).map_err(|e| e.to_string()))
 }
 
 fn reading(prepared: &Prepared, settings: &Settings, point: Point) -> Result<Reading, String> {

@@ -2,7 +2,7 @@
 
 use super::lights::{Source, Style};
 use super::values::{Color, TechniqueArg, finite, hex, positive, radiance, unit};
-use super::{label, say, warn};
+use super::{json, label, say, warn};
 use crate::backend::cpu::CpuBackend;
 use crate::backend::{Backend, BackendError, Rendering, Settings, Stats, Technique};
 use crate::error::Error;
@@ -135,7 +135,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
     stats.stages.insert(0, ("load".into(), load));
     stats.stages.push(("write".into(), start.elapsed().as_secs_f64()));
     if args.stats {
-        say(if args.json { serde_json::to_string(&stats).unwrap_or_default() } else { table(&stats) })?;
+        say(if args.json { json(&stats)? } else { table(&stats) })?;
     }
     Ok(())
 }

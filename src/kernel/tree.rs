@@ -117,41 +117,35 @@ impl Expansion {
         Self { dir: p * inv, inv, scale: map.depth * FRAC_1_PI * inv2 * inv, s2: r2 * inv2 }
     }
 
-    /// Bound of the second-order expansion's remainder (Gegenbauer: |C_n^(2)| ≤ (n+1)(n+2)(n+3)/6), for a region
-    /// above the horizon. Infinite where the region reaches as far as the origin.
+    /// |D|/(π·|p|³) · area · terms / (1 − s)⁴, `terms` a function of s. Infinite where the region reaches as far as the origin.
     #[inline(always)]
-    fn remainder(&self, area: f32) -> f32 {
+    fn bound(&self, area: f32, terms: impl Fn(f32) -> f32) -> f32 {
         let s = self.s2.sqrt();
         let gap = 1.0 - s;
         if gap <= 0.0 {
             return f32::INFINITY;
         }
         let gap2 = gap * gap;
-        self.scale.abs() * area * (20.0 * self.dir.z + 10.0) * self.s2 * s / (gap2 * gap2)
+        self.scale.abs() * area * terms(s) / (gap2 * gap2)
+    }
+
+    /// Bound of the second-order expansion's remainder (Gegenbauer: |C_n^(2)| ≤ (n+1)(n+2)(n+3)/6), for a region
+    /// above the horizon.
+    #[inline(always)]
+    fn remainder(&self, area: f32) -> f32 {
+        self.bound(area, |s| (20.0 * self.dir.z + 10.0) * self.s2 * s)
     }
 
     /// Bound of the zeroth-order expansion's remainder about the centroid of a region above the horizon.
     #[inline(always)]
     fn remainder_at_centroid(&self, area: f32) -> f32 {
-        let s = self.s2.sqrt();
-        let gap = 1.0 - s;
-        if gap <= 0.0 {
-            return f32::INFINITY;
-        }
-        let gap2 = gap * gap;
-        self.scale.abs() * area * (10.0 * self.dir.z + 4.0) * self.s2 / (gap2 * gap2)
+        self.bound(area, |_| (10.0 * self.dir.z + 4.0) * self.s2)
     }
 
     /// Bound of the region's whole integral, wherever the horizon cuts it.
     #[inline(always)]
     fn magnitude(&self, area: f32) -> f32 {
-        let s = self.s2.sqrt();
-        let gap = 1.0 - s;
-        if gap <= 0.0 {
-            return f32::INFINITY;
-        }
-        let gap2 = gap * gap;
-        self.scale.abs() * area * (self.dir.z + s).clamp(0.0, 1.0) / (gap2 * gap2)
+        self.bound(area, |s| (self.dir.z + s).clamp(0.0, 1.0))
     }
 
     /// k·m0 + ∇k·m1 + ½ H:m2.
