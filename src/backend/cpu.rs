@@ -178,7 +178,7 @@ fn shade(
             }
             let tolerance = match settings.technique {
                 Technique::Tree => settings.tolerance / brightest,
-                Technique::Exact => 0.0,
+                _ => 0.0,
             };
             match images.integral(emitter, lobe, tolerance, &mut budget, settings.technique) {
                 Ok(integral) => {

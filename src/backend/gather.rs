@@ -69,8 +69,8 @@ impl Images {
             None => self.c,
         };
         match technique {
-            Technique::Tree => self.by_tree(c, emitter, lobe, tolerance, budget),
             Technique::Exact => Ok(self.exactly(c, emitter, lobe)),
+            _ => self.by_tree(c, emitter, lobe, tolerance, budget),
         }
     }
 

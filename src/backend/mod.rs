@@ -7,6 +7,7 @@ pub mod gather;
 pub mod gpu;
 pub mod prepared;
 mod sight;
+pub mod technique;
 
 use crate::film::Film;
 use crate::kernel::surface::Rays;
@@ -15,16 +16,7 @@ use cpu::Surfaces;
 use glam::Vec3;
 use prepared::Prepared;
 use std::time::Instant;
-
-/// How a light's integral is evaluated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Technique {
-    /// The chord–moment tree: error bounded by the tolerance, cost nearly independent of the curve count.
-    #[default]
-    Tree,
-    /// Adaptive contour integration in float64: the yardstick, right to 1e-10 and slow. CPU only.
-    Exact,
-}
+pub use technique::Technique;
 
 /// What to render and how well.
 #[derive(Clone, Copy, Debug, PartialEq)]

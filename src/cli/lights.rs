@@ -148,7 +148,7 @@ impl Source {
 }
 
 fn white(shape: crate::shape::Shape) -> Layer {
-    Layer { shape, radiance: DVec3::ONE, opacity: 1.0 }
+    Layer { shape, radiance: DVec3::ONE, opacity: 1.0, picture: None }
 }
 
 fn text_art(text: &str, style: &Style) -> Result<Art, Error> {
@@ -197,7 +197,7 @@ fn svg_art(file: &Path, style: &Style) -> Result<Art, Error> {
     let layer = |l: svg::ArtLayer| {
         // The colours of the art are multiplied by the opacity already.
         let radiance = if style.no_svg_colors { DVec3::splat(l.opacity) } else { l.color.into() };
-        Layer { shape: l.shape, radiance, opacity: l.opacity }
+        Layer { shape: l.shape, radiance, opacity: l.opacity, picture: None }
     };
     let layers: Vec<_> = art.layers.into_iter().map(layer).collect();
     if layers.iter().all(|l| l.radiance == DVec3::ZERO) {

@@ -1,9 +1,12 @@
 //! [`AreaLight`]: shapes with emission, placed in the world.
 
+pub mod picture;
 pub mod tree;
 
 use crate::shape::Shape;
 use glam::{DMat3, DVec2, DVec3};
+use picture::Picture;
+use std::sync::Arc;
 
 /// Where a light stands: the affine map from light space to world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,15 +50,43 @@ pub struct Layer {
     pub radiance: DVec3,
     /// How much of what lies behind the layer it hides from the camera, 0 to 1.
     pub opacity: f64,
+    /// Colours the radiance is multiplied by, from place to place.
+    pub picture: Option<Arc<Picture>>,
 }
 
-/// A flat light: layers that add up, in one plane, facing `x × y`.
+/// What a light is as a body. The layers of all but an outline are one: the body's face.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Form {
+    /// Flat, bounded by the outlines of its layers.
+    #[default]
+    Outline,
+    /// Flat; the layer is a rectangle.
+    Rectangle,
+    /// Flat; the layer is a disc or an ellipse with axes along x and y.
+    Disc,
+    /// A sphere about the light-space origin; the layer is a disc of its radius.
+    Sphere {
+        /// Light-space units.
+        radius: f64,
+    },
+    /// A cylinder along the light-space x axis, with flat caps; the layer is a rectangle of its length and diameter.
+    Tube {
+        /// Light-space units.
+        radius: f64,
+        /// From cap to cap, light-space units.
+        length: f64,
+    },
+}
+
+/// A light: layers that add up, in one plane, facing `x × y`; or a body ([`Form`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct AreaLight {
     /// What messages call it: the text, the SVG file, or its number in the scene.
     pub name: String,
     /// The emissions. Overlapping layers add their radiance.
     pub layers: Vec<Layer>,
+    /// What it is as a body.
+    pub form: Form,
     /// Light space to world space.
     pub placement: Placement,
     /// Whether the back emits as well.

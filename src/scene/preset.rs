@@ -3,7 +3,7 @@
 use super::camera::{Camera, CameraFrame};
 use super::surface::plane;
 use super::{Material, Scene};
-use crate::light::{AreaLight, Layer, Placement};
+use crate::light::{AreaLight, Form, Layer, Placement};
 use crate::shape::Bounds;
 use glam::{DVec2, DVec3};
 
@@ -89,7 +89,13 @@ pub fn sign(layers: Vec<Layer>, options: &PresetOptions) -> Result<Scene, Preset
         triangles: plane(DVec3::ZERO, DVec3::Y, [side, side], size.max_element(), 0).into(),
         materials: vec![floor],
         textures: Vec::new(),
-        lights: vec![AreaLight { name: options.name.clone(), layers, placement, two_sided: false }],
+        lights: vec![AreaLight {
+            name: options.name.clone(),
+            layers,
+            form: Form::Outline,
+            placement,
+            two_sided: false,
+        }],
         background: [0.0; 3],
     })
 }

@@ -15,7 +15,7 @@ use glyphlight::backend::{Backend, BackendError, Settings, Technique};
 use glyphlight::brdf::ltc::Table;
 use glyphlight::kernel::frame::ShadingFrame;
 use glyphlight::kernel::tree::Budget;
-use glyphlight::light::{AreaLight, Layer, Placement};
+use glyphlight::light::{AreaLight, Form, Layer, Placement};
 use glyphlight::outline::font::Font;
 use glyphlight::outline::text::{Align, TextStyle, layout};
 use glyphlight::scene::surface::plane;
@@ -55,7 +55,8 @@ fn settings(tolerance: f32) -> Settings {
 fn scene(shape: &Shape) -> Scene {
     let light = AreaLight {
         name: "light".into(),
-        layers: vec![Layer { shape: shape.clone(), radiance: DVec3::ONE, opacity: 1.0 }],
+        layers: vec![Layer { shape: shape.clone(), radiance: DVec3::ONE, opacity: 1.0, picture: None }],
+        form: Form::Outline,
         placement: Placement::new(DVec3::ZERO, DVec3::ZERO, DVec2::ONE),
         two_sided: false,
     };

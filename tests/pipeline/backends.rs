@@ -17,7 +17,7 @@ use glyphlight::brdf::ltc::Table;
 use glyphlight::film::Film;
 use glyphlight::kernel::frame::ShadingFrame;
 use glyphlight::kernel::tree::Budget;
-use glyphlight::light::{AreaLight, Layer, Placement};
+use glyphlight::light::{AreaLight, Form, Layer, Placement};
 use glyphlight::scene::surface::plane;
 use glyphlight::scene::{Camera, Material, Scene, Texture, Triangle, Vertex};
 use glyphlight::shape::{CubicBez, Shape};
@@ -51,7 +51,8 @@ fn material(alpha: f32, metallic: f32) -> Material {
 fn light(shape: Shape, origin: DVec3, turn: DVec3, radiance: DVec3) -> AreaLight {
     AreaLight {
         name: "light".into(),
-        layers: vec![Layer { shape, radiance, opacity: 1.0 }],
+        layers: vec![Layer { shape, radiance, opacity: 1.0, picture: None }],
+        form: Form::Outline,
         placement: Placement::new(origin, turn, DVec2::ONE),
         two_sided: false,
     }
@@ -215,7 +216,12 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     both.lights[0].two_sided = true;
     all.push(("blob with two sides", both));
     let mut layers = floor(material(0.2, 0.5), light(annulus(), above, tilt, DVec3::new(0.2, 0.5, 2.0)));
-    layers.lights[0].layers.push(Layer { shape: blob(), radiance: DVec3::new(0.7, 0.1, 0.0), opacity: 0.5 });
+    layers.lights[0].layers.push(Layer {
+        shape: blob(),
+        radiance: DVec3::new(0.7, 0.1, 0.0),
+        opacity: 0.5,
+        picture: None,
+    });
     layers.lights.push(light(rectangle(), DVec3::new(2.0, 0.6, -1.0), DVec3::new(0.0, -30.0, 5.0), white));
     all.push(("two lights, three emissions", layers));
     let mut down = floor(material(0.15, 0.0), light(annulus(), above, DVec3::new(70.0, 0.0, 0.0), white));

@@ -7,7 +7,7 @@ use glyphlight::scene::preset::{PresetError, PresetOptions, sign};
 use glyphlight::shape::Shape;
 
 fn layer(min: DVec2, max: DVec2) -> Layer {
-    Layer { shape: Shape::rectangle(min, max), radiance: DVec3::ONE, opacity: 1.0 }
+    Layer { shape: Shape::rectangle(min, max), radiance: DVec3::ONE, opacity: 1.0, picture: None }
 }
 
 /// Where a point is in the picture, −1 to 1 both ways; `None` behind the eye.

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::{Backend, Settings, Technique};
 use glyphlight::film::Film;
-use glyphlight::light::{AreaLight, Layer, Placement};
+use glyphlight::light::{AreaLight, Form, Layer, Placement};
 use glyphlight::scene::surface::plane;
 use glyphlight::scene::{Camera, Material, Scene};
 use glyphlight::shape::Shape;
@@ -17,7 +17,9 @@ fn light(size: [f64; 2], position: [f64; 3], rotation: [f64; 3], radiance: [f64;
             shape: Shape::rectangle(-half, half),
             radiance: DVec3::from_array(radiance),
             opacity: 1.0,
+            picture: None,
         }],
+        form: Form::Outline,
         placement: Placement::new(DVec3::from_array(position), DVec3::from_array(rotation), DVec2::ONE),
         two_sided: false,
     }

@@ -4,7 +4,7 @@ use super::error::SceneError;
 use super::table::{Limit, Table, Value};
 use super::{COORDINATE, DEGREES, LENGTH, RADIANCE, SCALE};
 use crate::color::luminance;
-use crate::light::{AreaLight, Layer, Placement};
+use crate::light::{AreaLight, Form, Layer, Placement};
 use crate::outline::bundled;
 use crate::outline::font::{Font, Tag};
 use crate::outline::svg::{ArtLayer, FontBytes, SvgOptions, svg};
@@ -111,7 +111,7 @@ pub(super) fn read(
         said.push(Warning { element: name.clone(), message: format!("it is black and does not shine{hint}") });
     }
     warnings.extend(said.into_iter().map(|w| format!("{place}: {}: {}", w.element, w.message)));
-    Ok(AreaLight { name, layers, placement, two_sided })
+    Ok(AreaLight { name, layers, form: Form::Outline, placement, two_sided })
 }
 
 /// Sets the radiance of the layers, which hold their own colours so far (white but for SVGs). `emitting` is the factor
@@ -164,7 +164,7 @@ fn from_path(source: &Source<'_, '_>, _: &mut Vec<Warning>) -> Result<Vec<Layer>
     let rules = [("nonzero", FillRule::NonZero), ("evenodd", FillRule::EvenOdd)];
     let rule = source.table.read("fill_rule", |v| v.choice(&rules))?.unwrap_or_default();
     let shape = path::shape(source.value.string()?, rule).map_err(|e| source.value.resource(e))?;
-    Ok(vec![Layer { shape, radiance: DVec3::ONE, opacity: 1.0 }])
+    Ok(vec![Layer { shape, radiance: DVec3::ONE, opacity: 1.0, picture: None }])
 }
 
 fn from_svg(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Vec<Layer>, SceneError> {
@@ -179,7 +179,7 @@ fn from_svg(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Vec<
     let layer = |l: ArtLayer| {
         // The colours of the art are multiplied by the opacity already.
         let radiance = if own_colors { DVec3::from_array(l.color) } else { DVec3::splat(l.opacity) };
-        Layer { shape: l.shape, radiance, opacity: l.opacity }
+        Layer { shape: l.shape, radiance, opacity: l.opacity, picture: None }
     };
     Ok(art.layers.into_iter().map(layer).collect())
 }
@@ -207,7 +207,7 @@ fn from_text(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Vec
     };
     let text = layout(source.value.string()?, &fonts, &style).map_err(|e| source.value.resource(e))?;
     warnings.extend(text.warnings);
-    Ok(vec![Layer { shape: text.shape, radiance: DVec3::ONE, opacity: 1.0 }])
+    Ok(vec![Layer { shape: text.shape, radiance: DVec3::ONE, opacity: 1.0, picture: None }])
 }
 
 /// A bundled font by its name, or a font file by its ending.
