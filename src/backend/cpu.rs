@@ -2,7 +2,7 @@
 
 use super::gather::{Images, Skip};
 use super::prepared::Prepared;
-use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique};
+use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique, reference};
 use crate::brdf::ltc::Table;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::surface::{Hit, SEAM, SurfacePoint, SurfaceTriangle, intersect, surface_point};
@@ -92,6 +92,9 @@ impl Counters {
 
 impl Backend for CpuBackend {
     fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError> {
+        if let Technique::Reference(sampling) = &settings.technique {
+            return reference::render(scene, settings, sampling, &|_, _| ());
+        }
         let mut watch = Stopwatch::default();
         let prepared = Prepared::new(scene, settings)?;
         watch.lap("trees");
@@ -137,6 +140,7 @@ impl Backend for CpuBackend {
             shaded: counters.shaded,
             integrals: counters.integrals,
             nodes: counters.nodes,
+            light_samples: 0,
             lights: counters.lights,
         };
         Ok(Rendering { film, stats })

@@ -159,6 +159,7 @@ impl Backend for GpuBackend {
             shaded,
             integrals: candidates - skipped,
             nodes,
+            light_samples: 0,
             lights,
         };
         Ok(Rendering { film, stats })

@@ -6,6 +6,7 @@ pub mod gather;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod prepared;
+pub mod reference;
 mod sight;
 pub mod technique;
 
@@ -57,6 +58,8 @@ pub struct Stats {
     pub integrals: u64,
     /// Tree nodes visited by those integrals.
     pub nodes: u64,
+    /// Samples that the Monte Carlo reference drew: at each a direction to the lights and one by each lobe.
+    pub light_samples: u64,
     /// Per light: its name and how many integrals were skipped, by reason.
     pub lights: Vec<LightStats>,
 }
@@ -98,6 +101,17 @@ pub enum BackendError {
     /// The tolerance is not a positive number.
     #[error("tolerance {0} is not a positive number")]
     Tolerance(f32),
+    /// The Monte Carlo reference cannot sample so.
+    #[error(
+        "{spp} light samples per pixel until the error is {max_error:?}: must be 1 to {}, the error positive",
+        technique::MAX_SPP
+    )]
+    Sampling {
+        /// Asked samples.
+        spp: u32,
+        /// Asked error.
+        max_error: Option<f32>,
+    },
     /// A light has no area.
     #[error("light `{light}`: {source}")]
     Light {

@@ -1,0 +1,364 @@
+//! The lights as a shading point sees them: directions sampled over their areas, and what a given direction meets.
+//!
+//! All in the shading frame with the point as origin, f64. Densities are per steradian.
+
+use super::region::Region;
+use crate::backend::gather::Skip;
+use crate::backend::prepared::Emitter;
+use crate::kernel::frame::ShadingFrame;
+use crate::light::picture::Picture;
+use crate::light::{Form, Layer};
+use core::f64::consts::{PI, TAU};
+use glam::{DVec2, DVec3};
+use std::sync::Arc;
+
+/// One emission with what sampling it takes.
+#[derive(Clone, Debug)]
+pub struct Light<'a> {
+    emitter: &'a Emitter,
+    picture: Option<Arc<Picture>>,
+    body: Body,
+    /// Brightest component of the mean radiance.
+    strength: f64,
+}
+
+#[derive(Clone, Debug)]
+enum Body {
+    Flat(Region),
+    /// World units.
+    Sphere {
+        radius: f64,
+    },
+    /// World units.
+    Tube {
+        radius: f64,
+        half_length: f64,
+    },
+}
+
+/// A light from one shading point.
+#[derive(Clone, Debug)]
+pub struct Source<'a> {
+    light: &'a Light<'a>,
+    /// Images of the light-space x axis, y axis and origin.
+    c: [DVec3; 3],
+    place: Place<'a>,
+}
+
+#[derive(Clone, Debug)]
+enum Place<'a> {
+    Flat {
+        region: &'a Region,
+        /// c0 × c1, c1 × c2, c2 × c0.
+        cross: [DVec3; 3],
+        /// c0 × c1 · c2: negative in front.
+        volume: f64,
+    },
+    Sphere {
+        radius: f64,
+        inside: bool,
+    },
+    Tube {
+        axis: DVec3,
+        radius: f64,
+        half_length: f64,
+        inside: bool,
+    },
+}
+
+/// Light from one direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Incidence {
+    /// Unit vector towards the light.
+    pub direction: DVec3,
+    /// Linear Rec.709; not yet 0 where a sampled point is outside the shape.
+    pub radiance: DVec3,
+    /// With which [`Source::sample`] finds the direction.
+    pub density: f64,
+}
+
+impl<'a> Light<'a> {
+    /// `emitter` is made of `layer` of a light of this `form`.
+    pub fn new(emitter: &'a Emitter, form: Form, layer: &Layer) -> Self {
+        let [x, y] = [emitter.placement.x.length(), emitter.placement.y.length()];
+        let body = match form {
+            Form::Outline | Form::Rectangle | Form::Disc => Body::Flat(Region::new(&emitter.shape)),
+            Form::Sphere { radius } => Body::Sphere { radius: radius * (x * y).sqrt() },
+            Form::Tube { radius, length } => Body::Tube { radius: radius * y, half_length: 0.5 * length * x },
+        };
+        let mut mean = emitter.radiance.as_dvec3();
+        if let Some(picture) = &layer.picture {
+            let sum = picture.texels.iter().fold(DVec3::ZERO, |sum, t| sum + t.truncate().as_dvec3());
+            mean *= sum / picture.texels.len() as f64;
+        }
+        Self { emitter, picture: layer.picture.clone(), body, strength: mean.max_element() }
+    }
+
+    /// Index in the scene.
+    pub const fn index(&self) -> usize {
+        self.emitter.light
+    }
+
+    /// Whether it emits nothing.
+    pub fn is_dark(&self) -> bool {
+        !(self.strength > 0.0)
+    }
+
+    /// The light from a point relative to the camera, and how much of the samples it deserves (more than 0).
+    pub fn seen_from(&'a self, frame: &ShadingFrame, position: DVec3) -> Result<(Source<'a>, f64), Skip> {
+        let p = &self.emitter.placement;
+        let c = [p.x, p.y, p.origin - position].map(|v| frame.to_local(v));
+        let (place, extent) = match &self.body {
+            Body::Flat(region) => self.flat(region, c)?,
+            Body::Sphere { radius } => self.sphere(*radius, c)?,
+            Body::Tube { radius, half_length } => self.tube(*radius, *half_length, c)?,
+        };
+        Ok((Source { light: self, c, place }, self.strength * extent))
+    }
+
+    /// A flat light and its solid angle times both cosines, over π, roughly.
+    fn flat(&self, region: &'a Region, c: [DVec3; 3]) -> Result<(Place<'a>, f64), Skip> {
+        let cross = [c[0].cross(c[1]), c[1].cross(c[2]), c[2].cross(c[0])];
+        let volume = cross[0].dot(c[2]);
+        if volume == 0.0 || (volume > 0.0 && !self.emitter.two_sided) {
+            return Err(Skip::Behind);
+        }
+        let bounds = region.bounds();
+        let corners =
+            [bounds.min, bounds.max, DVec2::new(bounds.min.x, bounds.max.y), DVec2::new(bounds.max.x, bounds.min.y)];
+        let highest = corners.iter().map(|p| c[0].z * p.x + c[1].z * p.y + c[2].z).fold(f64::NEG_INFINITY, f64::max);
+        if highest <= 0.0 {
+            return Err(Skip::BelowHorizon);
+        }
+        let stretch = cross[0].length();
+        let area = stretch * region.area();
+        let center = c[0] * bounds.center().x + c[1] * bounds.center().y + c[2];
+        let reach = (center.length_squared() + area).sqrt();
+        let facing = (volume.abs() / stretch / reach).clamp(0.01, 1.0);
+        let incidence = (highest / reach).clamp(0.01, 1.0);
+        let extent = area / (reach * reach) * facing * incidence;
+        Ok((Place::Flat { region, cross, volume }, extent))
+    }
+
+    fn sphere(&self, radius: f64, c: [DVec3; 3]) -> Result<(Place<'a>, f64), Skip> {
+        let distance = c[2].length();
+        let inside = distance < radius;
+        if inside && !self.emitter.two_sided {
+            return Err(Skip::Behind);
+        }
+        let highest = c[2].z + radius;
+        if highest <= 0.0 {
+            return Err(Skip::BelowHorizon);
+        }
+        let sine = (radius / distance).min(1.0);
+        Ok((Place::Sphere { radius, inside }, sine * sine * (highest / (distance + radius)).max(0.01)))
+    }
+
+    fn tube(&self, radius: f64, half_length: f64, c: [DVec3; 3]) -> Result<(Place<'a>, f64), Skip> {
+        let axis = c[0].normalize();
+        let along = axis.dot(c[2]);
+        let inside = (c[2] - axis * along).length() < radius && along.abs() < half_length;
+        if inside && !self.emitter.two_sided {
+            return Err(Skip::Behind);
+        }
+        let highest = c[2].z + axis.z.abs() * half_length + radius * (1.0 - axis.z * axis.z).max(0.0).sqrt();
+        if highest <= 0.0 {
+            return Err(Skip::BelowHorizon);
+        }
+        let area = radius * (4.0 * half_length + PI * radius);
+        let reach = (c[2].length_squared() + area).sqrt();
+        let extent = area / (reach * reach) * (highest / reach).clamp(0.01, 1.0);
+        Ok((Place::Tube { axis, radius, half_length, inside }, extent))
+    }
+
+    /// Radiance at a light-space point of the emission.
+    fn radiance(&self, p: DVec2) -> DVec3 {
+        let radiance = self.emitter.radiance.as_dvec3();
+        self.picture.as_ref().map_or(radiance, |picture| radiance * texel(picture, p))
+    }
+}
+
+/// A picture's colour at a light-space point: bilinear, beyond the outer texel centres constant.
+fn texel(picture: &Picture, p: DVec2) -> DVec3 {
+    let size = DVec2::new(picture.width.into(), picture.height.into());
+    let share = (p - picture.low) / (picture.high - picture.low);
+    let at = (DVec2::new(share.x, 1.0 - share.y) * size - 0.5).clamp(DVec2::ZERO, size - 1.0);
+    let (x, y) = (at.x as usize, at.y as usize);
+    let (right, below) = ((x + 1).min(picture.width as usize - 1), (y + 1).min(picture.height as usize - 1));
+    let texel = |x: usize, y: usize| picture.texels[y * picture.width as usize + x].truncate().as_dvec3();
+    let f = at.fract();
+    texel(x, y).lerp(texel(right, y), f.x).lerp(texel(x, below).lerp(texel(right, below), f.x), f.y)
+}
+
+impl Source<'_> {
+    /// A direction to the light for a point of the unit square, or none where it meets the dark side.
+    ///
+    /// Flat lights and tubes evenly by area, spheres evenly by solid angle.
+    pub fn sample(&self, uv: [f64; 2]) -> Option<Incidence> {
+        match &self.place {
+            Place::Flat { region, volume, .. } => {
+                let p = region.sample(uv);
+                let winding = region.winding(p);
+                if winding == 0 {
+                    return None;
+                }
+                let [x, y, origin] = self.c;
+                let to_light = x * p.x + y * p.y + origin;
+                let distance = to_light.length();
+                Some(Incidence {
+                    direction: to_light / distance,
+                    radiance: self.light.radiance(p) * f64::from(winding),
+                    density: distance.powi(3) / (volume.abs() * region.area()),
+                })
+            }
+            Place::Sphere { radius, inside } => self.sample_sphere(*radius, *inside, uv),
+            Place::Tube { axis, radius, half_length, inside } => {
+                let (normal, offset) = tube_point(*axis, *radius, *half_length, uv);
+                let to_light = self.c[2] + offset;
+                let distance = to_light.length();
+                let direction = to_light / distance;
+                let cos = if *inside { normal.dot(direction) } else { -normal.dot(direction) };
+                (cos > 0.0).then(|| Incidence {
+                    direction,
+                    radiance: self.body_radiance(offset),
+                    density: distance * distance / (cos * tube_area(*radius, *half_length)),
+                })
+            }
+        }
+    }
+
+    /// What the light sends from a direction, where that meets it.
+    pub fn meet(&self, direction: DVec3) -> Option<Incidence> {
+        match &self.place {
+            Place::Flat { region, cross, volume } => {
+                let slope = cross[0].dot(direction);
+                let distance = volume / slope;
+                // A direction in the plane meets it nowhere.
+                if !(distance > 0.0 && distance.is_finite()) {
+                    return None;
+                }
+                let p = DVec2::new(cross[1].dot(direction), cross[2].dot(direction)) / slope;
+                let winding = region.winding(p);
+                (winding != 0).then(|| Incidence {
+                    direction,
+                    radiance: self.light.radiance(p) * f64::from(winding),
+                    density: distance * distance / (slope.abs() * region.area()),
+                })
+            }
+            Place::Sphere { radius, inside } => {
+                let center = self.c[2];
+                let along = center.dot(direction);
+                let off = center.cross(direction).length_squared();
+                let half_chord = (radius * radius - off).sqrt();
+                if !*inside && !(along > 0.0 && half_chord >= 0.0) {
+                    return None;
+                }
+                let distance = if *inside { along + half_chord } else { along - half_chord };
+                let radiance = self.body_radiance(direction * distance - center);
+                Some(Incidence { direction, radiance, density: sphere_density(*radius, center.length(), *inside) })
+            }
+            Place::Tube { axis, radius, half_length, inside } => {
+                let (distance, normal) = meet_tube(self.c[2], *axis, *radius, *half_length, *inside, direction)?;
+                let cos = normal.dot(direction).abs();
+                Some(Incidence {
+                    direction,
+                    radiance: self.body_radiance(direction * distance - self.c[2]),
+                    density: distance * distance / (cos * tube_area(*radius, *half_length)),
+                })
+            }
+        }
+    }
+
+    fn sample_sphere(&self, radius: f64, inside: bool, [u, v]: [f64; 2]) -> Option<Incidence> {
+        let center = self.c[2];
+        let span = if inside { 2.0 } else { cap_height(radius, center.length()) };
+        // Height of the direction below the pole of the cap.
+        let fall = v * span;
+        let (across, up) = center.normalize_or(DVec3::Z).any_orthonormal_pair();
+        let pole = across.cross(up);
+        let [cos, sin] = DVec2::from_angle(TAU * u).to_array();
+        let direction = (across * cos + up * sin) * (fall * (2.0 - fall)).max(0.0).sqrt() + pole * (1.0 - fall);
+        self.meet(direction)
+    }
+
+    /// Radiance of a body at a point relative to its centre: its picture is seen along the light's normal.
+    fn body_radiance(&self, offset: DVec3) -> DVec3 {
+        let [x, y, _] = self.c;
+        self.light.radiance(DVec2::new(offset.dot(x) / x.length_squared(), offset.dot(y) / y.length_squared()))
+    }
+}
+
+/// 1 − cos of the half-angle under which a sphere is seen.
+fn cap_height(radius: f64, distance: f64) -> f64 {
+    let sine = (radius / distance).min(1.0);
+    let squared = sine * sine;
+    squared / (1.0 + (1.0 - squared).sqrt())
+}
+
+fn sphere_density(radius: f64, distance: f64, inside: bool) -> f64 {
+    let span = if inside { 2.0 } else { cap_height(radius, distance) };
+    1.0 / (TAU * span)
+}
+
+/// Area of a tube with both caps.
+fn tube_area(radius: f64, half_length: f64) -> f64 {
+    TAU * radius * (2.0 * half_length + radius)
+}
+
+/// Outer normal and place relative to the centre of a point of a tube, even over its area: side first, then the caps.
+fn tube_point(axis: DVec3, radius: f64, half_length: f64, [u, v]: [f64; 2]) -> (DVec3, DVec3) {
+    let (a, b) = axis.any_orthonormal_pair();
+    let [cos, sin] = DVec2::from_angle(TAU * u).to_array();
+    let radial = a * cos + b * sin;
+    let place = v * (2.0 * half_length + radius);
+    if place < 2.0 * half_length {
+        return (radial, radial * radius + axis * (place - half_length));
+    }
+    let cap = 2.0 * (place - 2.0 * half_length) / radius;
+    let (sign, share) = if cap < 1.0 { (1.0, cap) } else { (-1.0, cap - 1.0) };
+    (axis * sign, radial * (radius * share.clamp(0.0, 1.0).sqrt()) + axis * (half_length * sign))
+}
+
+/// Distance and outer normal where a ray from the origin enters a tube, or leaves it when it starts inside.
+fn meet_tube(
+    center: DVec3,
+    axis: DVec3,
+    radius: f64,
+    half_length: f64,
+    inside: bool,
+    direction: DVec3,
+) -> Option<(f64, DVec3)> {
+    let along = [-center.dot(axis), direction.dot(axis)];
+    let (from, across) = (-center - axis * along[0], direction - axis * along[1]);
+    let steep = across.length_squared();
+    // Squared half chord: from the cross product, which far away keeps the digits that b² − ac loses.
+    let chord = steep * radius * radius - from.cross(across).length_squared();
+    let (enter_side, leave_side) = if steep > 0.0 {
+        let (middle, half) = (-from.dot(across) / steep, chord.max(0.0).sqrt() / steep);
+        (middle - half, middle + half)
+    } else {
+        (f64::NEG_INFINITY, f64::INFINITY)
+    };
+    let missed = if steep > 0.0 { chord <= 0.0 } else { from.length() >= radius };
+    let (enter_caps, leave_caps) = if along[1] == 0.0 {
+        if along[0].abs() >= half_length {
+            return None;
+        }
+        (f64::NEG_INFINITY, f64::INFINITY)
+    } else {
+        let (a, b) = ((-half_length - along[0]) / along[1], (half_length - along[0]) / along[1]);
+        (a.min(b), a.max(b))
+    };
+    let (enter, leave) = (enter_side.max(enter_caps), leave_side.min(leave_caps));
+    if missed || enter >= leave || leave <= 0.0 || (enter <= 0.0 && !inside) {
+        return None;
+    }
+    let (distance, on_side) = if inside { (leave, leave_side < leave_caps) } else { (enter, enter_side > enter_caps) };
+    let normal = if on_side {
+        (from + across * distance) / radius
+    } else {
+        let forward = if inside { 1.0 } else { -1.0 };
+        axis * (forward * along[1].signum())
+    };
+    Some((distance, normal))
+}
