@@ -80,11 +80,8 @@ impl Counters {
         self.shaded += other.shaded;
         self.integrals += other.integrals;
         self.nodes += other.nodes;
-        for (a, b) in self.lights.iter_mut().zip(other.lights) {
-            a.candidates += b.candidates;
-            a.behind += b.behind;
-            a.below_horizon += b.below_horizon;
-            a.no_lobe += b.no_lobe;
+        for (a, b) in self.lights.iter_mut().zip(&other.lights) {
+            a.add(b);
         }
         self
     }
@@ -136,11 +133,11 @@ impl Backend for CpuBackend {
         let stats = Stats {
             backend: "cpu".into(),
             device: format!("{} threads", rayon::current_num_threads()),
+            technique: settings.technique.to_string(),
             stages: watch.laps,
             shaded: counters.shaded,
             integrals: counters.integrals,
             nodes: counters.nodes,
-            light_samples: 0,
             lights: counters.lights,
         };
         Ok(Rendering { film, stats })
@@ -158,7 +155,7 @@ fn shade(
     counters.shaded += 1;
     let position = point.position.as_dvec3();
     let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
-    let reflectance = point.reflectance(table, frame.cos_theta as f32);
+    let reflectance = point.reflectance(prepared.lobe(table, point.alpha, frame.cos_theta as f32));
     let [mut diffuse, mut specular] = [Vec3::ZERO; 2];
     let mut budget = Budget::default();
     for emitter in &prepared.emitters {
@@ -180,15 +177,11 @@ fn shade(
                 stats.no_lobe += 1;
                 continue;
             }
-            let tolerance = match settings.technique {
-                Technique::Tree => settings.tolerance / brightest,
-                _ => 0.0,
-            };
-            match images.integral(emitter, lobe, tolerance, &mut budget, settings.technique) {
+            match images.integral(emitter, lobe, settings.tolerance / brightest, &mut budget) {
                 Ok(integral) => {
                     counters.integrals += 1;
                     counters.nodes += u64::from(integral.visited);
-                    *sum += weight * integral.value as f32;
+                    *sum += weight * integral.value.as_vec3();
                 }
                 Err(Skip::Behind) => stats.behind += 1,
                 Err(Skip::BelowHorizon) => stats.below_horizon += 1,

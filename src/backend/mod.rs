@@ -1,6 +1,7 @@
 //! Backends: the same request ([`Settings`]) and the same answer ([`Rendering`]) on CPU and GPU.
 
 pub mod cpu;
+pub mod emitter;
 pub mod exact;
 pub mod gather;
 #[cfg(feature = "gpu")]
@@ -17,7 +18,7 @@ use cpu::Surfaces;
 use glam::Vec3;
 use prepared::Prepared;
 use std::time::Instant;
-pub use technique::Technique;
+pub use technique::{Horizons, Technique};
 
 /// What to render and how well.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +33,8 @@ pub struct Settings {
     pub tolerance: f32,
     /// How integrals are evaluated.
     pub technique: Technique,
+    /// Where specular lobes are clipped, by techniques that know the true horizon.
+    pub horizons: Horizons,
 }
 
 /// A finished picture and what it cost.
@@ -50,16 +53,16 @@ pub struct Stats {
     pub backend: String,
     /// The adapter and its driver, or the processor's thread count.
     pub device: String,
+    /// The technique with its parameters.
+    pub technique: String,
     /// Stages in order: name and seconds.
     pub stages: Vec<(String, f64)>,
     /// Shaded samples: those that met a surface.
     pub shaded: u64,
     /// Integrals evaluated (one per shaded sample, emission and lobe that was not skipped).
     pub integrals: u64,
-    /// Tree nodes visited by those integrals.
+    /// What those integrals were made of: tree nodes, edges or samples, as [`Technique::parts`] says.
     pub nodes: u64,
-    /// Samples that the Monte Carlo reference drew: at each a direction to the lights and one by each lobe.
-    pub light_samples: u64,
     /// Per light: its name and how many integrals were skipped, by reason.
     pub lights: Vec<LightStats>,
 }
@@ -77,6 +80,16 @@ pub struct LightStats {
     pub below_horizon: u64,
     /// The material has no such lobe.
     pub no_lobe: u64,
+}
+
+impl LightStats {
+    /// Counts another's integrals as this one's.
+    fn add(&mut self, other: &Self) {
+        self.candidates += other.candidates;
+        self.behind += other.behind;
+        self.below_horizon += other.below_horizon;
+        self.no_lobe += other.no_lobe;
+    }
 }
 
 /// Most pixels of a picture: some 6 GB of layers.
@@ -149,8 +162,8 @@ pub enum BackendError {
     #[error("GPU: {0}")]
     Device(String),
     /// The technique does not run on this backend.
-    #[error("technique `exact` runs on the CPU only")]
-    CpuOnly,
+    #[error("technique `{0}` runs on the CPU only")]
+    CpuOnly(&'static str),
 }
 
 /// Something that can render a scene.
@@ -160,6 +173,11 @@ pub trait Backend {
 }
 
 impl Settings {
+    /// Where specular lobes are clipped: as asked, if the technique can.
+    pub const fn horizons(&self) -> Horizons {
+        if self.technique.knows_true_horizon() { self.horizons } else { Horizons::Cosine }
+    }
+
     /// Whether a picture can have these settings.
     ///
     /// # Errors

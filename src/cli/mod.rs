@@ -8,7 +8,9 @@ mod fit;
 mod inspect;
 mod lights;
 mod probe;
+mod progress;
 mod render;
+mod technique;
 mod values;
 
 use crate::error::Error;

@@ -3,28 +3,30 @@
 //! All in the shading frame with the point as origin, f64. Densities are per steradian.
 
 use super::region::Region;
+use crate::backend::emitter::{Emitter, Geometry};
 use crate::backend::gather::Skip;
-use crate::backend::prepared::Emitter;
 use crate::kernel::frame::ShadingFrame;
+use crate::light::Form;
 use crate::light::picture::Picture;
-use crate::light::{Form, Layer};
+use crate::shape::Bounds;
 use core::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
-use std::sync::Arc;
+use std::borrow::Cow;
 
 /// One emission with what sampling it takes.
 #[derive(Clone, Debug)]
 pub struct Light<'a> {
     emitter: &'a Emitter,
-    picture: Option<Arc<Picture>>,
-    body: Body,
+    /// Linear Rec.709, to be multiplied by the picture.
+    radiance: DVec3,
+    body: Body<'a>,
     /// Brightest component of the mean radiance.
     strength: f64,
 }
 
 #[derive(Clone, Debug)]
-enum Body {
-    Flat(Region),
+enum Body<'a> {
+    Flat(Cow<'a, Region>),
     /// World units.
     Sphere {
         radius: f64,
@@ -66,6 +68,17 @@ enum Place<'a> {
     },
 }
 
+/// How a light stands to a shading point.
+struct View<'a> {
+    place: Place<'a>,
+    /// Largest height over the surface.
+    highest: f64,
+    /// A length that is not less than the distance.
+    distance: f64,
+    /// Solid angle times the cosine at the light, roughly.
+    extent: f64,
+}
+
 /// Light from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Incidence {
@@ -78,103 +91,109 @@ pub struct Incidence {
 }
 
 impl<'a> Light<'a> {
-    /// `emitter` is made of `layer` of a light of this `form`.
-    pub fn new(emitter: &'a Emitter, form: Form, layer: &Layer) -> Self {
+    /// The region is made here if the emitter was prepared for another technique.
+    pub fn new(emitter: &'a Emitter) -> Self {
         let [x, y] = [emitter.placement.x.length(), emitter.placement.y.length()];
-        let body = match form {
-            Form::Outline | Form::Rectangle | Form::Disc => Body::Flat(Region::new(&emitter.shape)),
+        let body = match emitter.form {
+            Form::Outline | Form::Rectangle | Form::Disc => Body::Flat(match &emitter.geometry {
+                Geometry::Sampled { region, .. } => Cow::Borrowed(region),
+                _ => Cow::Owned(Region::new(&emitter.shape)),
+            }),
             Form::Sphere { radius } => Body::Sphere { radius: radius * (x * y).sqrt() },
             Form::Tube { radius, length } => Body::Tube { radius: radius * y, half_length: 0.5 * length * x },
         };
-        let mut mean = emitter.radiance.as_dvec3();
-        if let Some(picture) = &layer.picture {
-            let sum = picture.texels.iter().fold(DVec3::ZERO, |sum, t| sum + t.truncate().as_dvec3());
-            mean *= sum / picture.texels.len() as f64;
-        }
-        Self { emitter, picture: layer.picture.clone(), body, strength: mean.max_element() }
+        Self { emitter, radiance: DVec3::ONE, body, strength: 1.0 }.with_radiance(emitter.radiance.as_dvec3())
     }
 
-    /// Index in the scene.
-    pub const fn index(&self) -> usize {
-        self.emitter.light
+    /// The same light with another radiance.
+    #[must_use]
+    pub fn with_radiance(self, radiance: DVec3) -> Self {
+        let mean = self.emitter.picture.as_ref().map_or(DVec3::ONE, |picture| {
+            let sum = picture.texels.iter().fold(DVec3::ZERO, |sum, t| sum + t.truncate().as_dvec3());
+            sum / picture.texels.len() as f64
+        });
+        Self { radiance, strength: (radiance * mean).max_element(), ..self }
+    }
+
+    /// The emission.
+    pub const fn emitter(&self) -> &'a Emitter {
+        self.emitter
     }
 
     /// Whether it emits nothing.
     pub fn is_dark(&self) -> bool {
-        !(self.strength > 0.0)
+        self.strength <= 0.0
     }
 
-    /// The light from a point relative to the camera, and how much of the samples it deserves (more than 0).
-    pub fn seen_from(&'a self, frame: &ShadingFrame, position: DVec3) -> Result<(Source<'a>, f64), Skip> {
+    /// The light from a point relative to the camera, and how much of the samples it deserves (more than 0). `dips`: whether
+    /// light from below the surface counts.
+    pub fn seen_from(&'a self, frame: &ShadingFrame, position: DVec3, dips: bool) -> Result<(Source<'a>, f64), Skip> {
         let p = &self.emitter.placement;
         let c = [p.x, p.y, p.origin - position].map(|v| frame.to_local(v));
-        let (place, extent) = match &self.body {
-            Body::Flat(region) => self.flat(region, c)?,
-            Body::Sphere { radius } => self.sphere(*radius, c)?,
-            Body::Tube { radius, half_length } => self.tube(*radius, *half_length, c)?,
-        };
-        Ok((Source { light: self, c, place }, self.strength * extent))
+        self.source(c, dips)
     }
 
-    /// A flat light and its solid angle times both cosines, over π, roughly.
-    fn flat(&self, region: &'a Region, c: [DVec3; 3]) -> Result<(Place<'a>, f64), Skip> {
+    /// As [`Light::seen_from`], by the images in the shading frame of the light-space x axis, y axis and origin.
+    pub fn source(&'a self, c: [DVec3; 3], dips: bool) -> Result<(Source<'a>, f64), Skip> {
+        let View { place, highest, distance, extent } = match &self.body {
+            Body::Flat(region) => self.flat(region, c)?,
+            Body::Sphere { radius } => self.sphere(*radius, c[2])?,
+            Body::Tube { radius, half_length } => self.tube(*radius, *half_length, c)?,
+        };
+        if highest <= 0.0 && !dips {
+            return Err(Skip::BelowHorizon);
+        }
+        let incidence = (highest / distance).clamp(0.01, 1.0);
+        Ok((Source { light: self, c, place }, self.strength * extent * incidence))
+    }
+
+    fn flat(&self, region: &'a Region, c: [DVec3; 3]) -> Result<View<'a>, Skip> {
         let cross = [c[0].cross(c[1]), c[1].cross(c[2]), c[2].cross(c[0])];
         let volume = cross[0].dot(c[2]);
         if volume == 0.0 || (volume > 0.0 && !self.emitter.two_sided) {
             return Err(Skip::Behind);
         }
-        let bounds = region.bounds();
-        let corners =
-            [bounds.min, bounds.max, DVec2::new(bounds.min.x, bounds.max.y), DVec2::new(bounds.max.x, bounds.min.y)];
-        let highest = corners.iter().map(|p| c[0].z * p.x + c[1].z * p.y + c[2].z).fold(f64::NEG_INFINITY, f64::max);
-        if highest <= 0.0 {
-            return Err(Skip::BelowHorizon);
-        }
+        let Bounds { min, max } = region.bounds();
+        let corners = [min, max, DVec2::new(min.x, max.y), DVec2::new(max.x, min.y)];
+        let height = |p: DVec2| c[0].z * p.x + c[1].z * p.y + c[2].z;
+        let highest = corners.into_iter().map(height).fold(f64::NEG_INFINITY, f64::max);
         let stretch = cross[0].length();
         let area = stretch * region.area();
-        let center = c[0] * bounds.center().x + c[1] * bounds.center().y + c[2];
-        let reach = (center.length_squared() + area).sqrt();
-        let facing = (volume.abs() / stretch / reach).clamp(0.01, 1.0);
-        let incidence = (highest / reach).clamp(0.01, 1.0);
-        let extent = area / (reach * reach) * facing * incidence;
-        Ok((Place::Flat { region, cross, volume }, extent))
+        let center = region.bounds().center();
+        let distance = ((c[0] * center.x + c[1] * center.y + c[2]).length_squared() + area).sqrt();
+        let facing = (volume.abs() / stretch / distance).clamp(0.01, 1.0);
+        let extent = area / (distance * distance) * facing;
+        Ok(View { place: Place::Flat { region, cross, volume }, highest, distance, extent })
     }
 
-    fn sphere(&self, radius: f64, c: [DVec3; 3]) -> Result<(Place<'a>, f64), Skip> {
-        let distance = c[2].length();
+    fn sphere(&self, radius: f64, center: DVec3) -> Result<View<'a>, Skip> {
+        let distance = center.length();
         let inside = distance < radius;
         if inside && !self.emitter.two_sided {
             return Err(Skip::Behind);
         }
-        let highest = c[2].z + radius;
-        if highest <= 0.0 {
-            return Err(Skip::BelowHorizon);
-        }
         let sine = (radius / distance).min(1.0);
-        Ok((Place::Sphere { radius, inside }, sine * sine * (highest / (distance + radius)).max(0.01)))
+        let place = Place::Sphere { radius, inside };
+        Ok(View { place, highest: center.z + radius, distance: distance + radius, extent: sine * sine })
     }
 
-    fn tube(&self, radius: f64, half_length: f64, c: [DVec3; 3]) -> Result<(Place<'a>, f64), Skip> {
-        let axis = c[0].normalize();
-        let along = axis.dot(c[2]);
-        let inside = (c[2] - axis * along).length() < radius && along.abs() < half_length;
+    fn tube(&self, radius: f64, half_length: f64, [x, _, center]: [DVec3; 3]) -> Result<View<'a>, Skip> {
+        let axis = x.normalize();
+        let along = axis.dot(center);
+        let inside = (center - axis * along).length() < radius && along.abs() < half_length;
         if inside && !self.emitter.two_sided {
             return Err(Skip::Behind);
         }
-        let highest = c[2].z + axis.z.abs() * half_length + radius * (1.0 - axis.z * axis.z).max(0.0).sqrt();
-        if highest <= 0.0 {
-            return Err(Skip::BelowHorizon);
-        }
+        let highest = center.z + axis.z.abs() * half_length + radius * (1.0 - axis.z * axis.z).max(0.0).sqrt();
         let area = radius * (4.0 * half_length + PI * radius);
-        let reach = (c[2].length_squared() + area).sqrt();
-        let extent = area / (reach * reach) * (highest / reach).clamp(0.01, 1.0);
-        Ok((Place::Tube { axis, radius, half_length, inside }, extent))
+        let distance = (center.length_squared() + area).sqrt();
+        let place = Place::Tube { axis, radius, half_length, inside };
+        Ok(View { place, highest, distance, extent: area / (distance * distance) })
     }
 
     /// Radiance at a light-space point of the emission.
     fn radiance(&self, p: DVec2) -> DVec3 {
-        let radiance = self.emitter.radiance.as_dvec3();
-        self.picture.as_ref().map_or(radiance, |picture| radiance * texel(picture, p))
+        self.emitter.picture.as_ref().map_or(self.radiance, |picture| self.radiance * texel(picture, p))
     }
 }
 
@@ -250,7 +269,7 @@ impl Source<'_> {
                 let along = center.dot(direction);
                 let off = center.cross(direction).length_squared();
                 let half_chord = (radius * radius - off).sqrt();
-                if !*inside && !(along > 0.0 && half_chord >= 0.0) {
+                if !(*inside || along > 0.0 && half_chord >= 0.0) {
                     return None;
                 }
                 let distance = if *inside { along + half_chord } else { along - half_chord };

@@ -4,7 +4,7 @@
 
 use crate::backend::technique::ReferenceLobe;
 use crate::brdf::ggx;
-use crate::brdf::ltc::{ALPHA_MIN, Table};
+use crate::brdf::ltc::{ALPHA_MIN, Lobe};
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::surface::SurfacePoint;
 use core::f64::consts::{PI, TAU};
@@ -34,13 +34,15 @@ pub enum Gloss {
         /// Reflectance at grazing incidence.
         f90: f64,
     },
-    /// The linearly transformed cosine above the surface.
+    /// The linearly transformed cosine.
     Ltc {
         /// Cosine space to the shading frame, and back.
         maps: [DMat3; 2],
         /// Determinant of the way back, over π.
         scale: f64,
-        /// Albedo over the lobe's mass above the horizon.
+        /// The second plane it is clipped at, as a covector of cosine space: the surface's, or z = 0 again.
+        horizon: DVec3,
+        /// Reflected radiance per unit of radiance and of integral.
         weight: DVec3,
     },
 }
@@ -56,40 +58,67 @@ pub struct Reflector {
 
 impl Reflector {
     /// With the weights of every other technique: the diffuse part is Lambert's less what the lobe takes by the table.
-    pub fn new(point: &SurfacePoint, frame: &ShadingFrame, table: &Table, lobe: ReferenceLobe) -> Self {
-        let reflectance = point.reflectance(table, frame.cos_theta as f32);
+    /// `lobe` is the point's.
+    pub fn new(point: &SurfacePoint, frame: &ShadingFrame, lobe: Lobe, kind: ReferenceLobe) -> Self {
+        let reflectance = point.reflectance(lobe);
         let visible = |weight: DVec3| (weight.max_element() > 0.0).then_some(weight);
-        let specular = visible(reflectance.specular.as_dvec3()).map(|weight| match lobe {
-            ReferenceLobe::Ltc => {
-                let back = reflectance.lobe.m_inv.mat3().as_dmat3();
-                Gloss::Ltc { maps: [back.inverse(), back], scale: back.determinant() / PI, weight }
-            }
+        let specular = visible(reflectance.specular.as_dvec3()).map(|weight| match kind {
+            ReferenceLobe::Ltc => Gloss::ltc(&lobe, weight),
             ReferenceLobe::Ggx => {
                 let (f0, f90) = point.fresnel_ends();
-                let alpha = f64::from(point.alpha.clamp(ALPHA_MIN, 1.0));
-                Gloss::Ggx { alpha, view: ggx::view(frame.cos_theta), f0: f0.as_dvec3(), f90: f90.into() }
+                Gloss::ggx(point.alpha, frame, f0.as_dvec3(), f90.into())
             }
         });
         Self { diffuse: visible(reflectance.diffuse.as_dvec3()), specular }
     }
+
+    /// One that takes the irradiance, and the reflection by a specular lobe with Fresnel = 1.
+    pub fn meter(alpha: f32, frame: &ShadingFrame, lobe: &Lobe, kind: ReferenceLobe) -> Self {
+        let specular = match kind {
+            ReferenceLobe::Ltc => Gloss::ltc(lobe, DVec3::splat((lobe.magnitude / lobe.above).into())),
+            ReferenceLobe::Ggx => Gloss::ggx(alpha, frame, DVec3::ONE, 1.0),
+        };
+        Self { diffuse: Some(DVec3::splat(PI)), specular: Some(specular) }
+    }
+
+    /// Whether light from below the surface is reflected: by a lobe that is clipped at z = 0 of cosine space only.
+    pub fn dips(&self) -> bool {
+        matches!(self.specular, Some(Gloss::Ltc { horizon, .. }) if horizon.truncate() == DVec2::ZERO)
+    }
 }
 
 impl Gloss {
-    /// f(v, l)·cos θ_l, 1/sr; zero for a direction that is not above the surface.
+    /// A lobe of the table with the weight it is reflected by.
+    pub fn ltc(lobe: &Lobe, weight: DVec3) -> Self {
+        let back = lobe.m_inv.mat3().as_dmat3();
+        let horizon = lobe.m_row_z.as_dvec3();
+        Self::Ltc { maps: [back.inverse(), back], scale: back.determinant() / PI, horizon, weight }
+    }
+
+    /// GGX of width `alpha`.
+    pub fn ggx(alpha: f32, frame: &ShadingFrame, f0: DVec3, f90: f64) -> Self {
+        Self::Ggx { alpha: alpha.clamp(ALPHA_MIN, 1.0).into(), view: ggx::view(frame.cos_theta), f0, f90 }
+    }
+
+    /// f(v, l)·cos θ_l, 1/sr; zero for a direction below the horizon.
     pub fn value(&self, l: DVec3) -> DVec3 {
-        if l.z <= 0.0 {
-            return DVec3::ZERO;
-        }
         match *self {
+            Self::Ggx { .. } if l.z <= 0.0 => DVec3::ZERO,
             Self::Ggx { alpha, view, f0, f90 } => {
                 let x = (1.0 - view.dot((view + l).normalize())).max(0.0).powi(5);
                 f0.lerp(DVec3::splat(f90), x) * ggx::brdf_cos(alpha, view, l)
             }
-            Self::Ltc { weight, .. } => weight * self.density(l),
+            Self::Ltc { maps: [_, back], horizon, weight, .. } => {
+                if horizon.dot(back * l) > 0.0 {
+                    weight * self.density(l)
+                } else {
+                    DVec3::ZERO
+                }
+            }
         }
     }
 
-    /// Density of [`Gloss::sample`] at a direction above the surface, 1/sr.
+    /// Density of [`Gloss::sample`], 1/sr, at a direction whose value is not zero.
     pub fn density(&self, l: DVec3) -> f64 {
         match *self {
             Self::Ggx { alpha, view, .. } => ggx::visible_density(alpha, view, l),
