@@ -13,6 +13,7 @@ mod mask;
 mod mesh;
 mod painter;
 mod preset;
+mod reference;
 mod scene;
 mod shaders;
 mod shape;
