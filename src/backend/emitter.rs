@@ -46,7 +46,7 @@ pub enum Geometry {
     /// A grid over the region, to be sampled.
     Sampled {
         /// The grid.
-        region: Region,
+        region: Arc<Region>,
         /// How it is sampled.
         sampling: Sampling,
     },
@@ -56,7 +56,9 @@ impl Geometry {
     fn new(layer: &Layer, technique: &Technique) -> Result<Self, TreeError> {
         Ok(match technique {
             Technique::Exact => Self::Shape,
-            Technique::Reference(sampling) => Self::Sampled { region: Region::new(&layer.shape), sampling: *sampling },
+            Technique::Reference(sampling) => {
+                Self::Sampled { region: Arc::new(Region::new(&layer.shape)), sampling: *sampling }
+            }
             _ => Self::Tree(Tree::new(&layer.shape)?),
         })
     }
