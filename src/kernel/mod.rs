@@ -9,6 +9,8 @@ pub mod edge;
 pub mod frame;
 pub mod horizon;
 pub mod map;
+pub mod picture;
+pub mod quad;
 pub mod shade;
 pub mod surface;
 pub mod tree;

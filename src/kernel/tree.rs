@@ -316,7 +316,7 @@ fn far_crossing<P: PlanePoint>(other: &Horizon, a: P, b: P) -> f32 {
 }
 
 /// The edge's part above all horizons, with the closing terms of its crossings.
-fn cut_edge<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], a: P, b: P) -> f32 {
+pub(super) fn cut_edge<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], a: P, b: P) -> f32 {
     let (zero, one) = (P::Scalar::from(0.0), P::Scalar::from(1.0));
     let mut sum = 0.0;
     let (mut from, mut to) = (zero, one);

@@ -1,6 +1,8 @@
 //! [`AreaLight`]: shapes with emission, placed in the world.
 
+pub mod mask;
 pub mod picture;
+pub mod prefilter;
 pub mod tree;
 
 use crate::shape::Shape;
