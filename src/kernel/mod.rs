@@ -11,6 +11,6 @@ pub mod horizon;
 pub mod map;
 pub mod picture;
 pub mod quad;
-pub mod shade;
+pub mod reflect;
 pub mod surface;
 pub mod tree;
