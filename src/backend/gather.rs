@@ -7,6 +7,8 @@ use crate::brdf::ltc::Lobe;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::horizon::{Clip, Height, TrueHorizon};
 use crate::kernel::map::CosineMap;
+use crate::kernel::picture::{Footprint, fetch};
+use crate::kernel::quad::{QUAD_EDGES, Quad, quad_integral};
 use crate::kernel::tree::{Budget, tree_integral};
 use crate::light::tree::Tree;
 use glam::{DVec2, DVec3};
@@ -28,6 +30,15 @@ pub struct Gathered {
     pub value: DVec3,
     /// Tree nodes, edges or samples it is made of, as the technique has it.
     pub visited: u32,
+}
+
+impl Gathered {
+    /// In the colours that the point sees of the emitter.
+    fn painted(self, emitter: &Emitter, map: &CosineMap) -> Self {
+        let Some(colors) = &emitter.colors else { return self };
+        let color = fetch(&colors.levels, &colors.texels, &Footprint::new(map));
+        Self { value: self.value * color.as_dvec3(), ..self }
+    }
 }
 
 /// The light's axes and origin in the shading frame.
@@ -75,7 +86,8 @@ impl Images {
             None => self.c,
         };
         match &emitter.geometry {
-            Geometry::Tree(tree) => self.by_tree(c, tree, lobe, tolerance, budget),
+            Geometry::Tree(tree) => self.by_tree(c, emitter, tree, lobe, tolerance, budget),
+            Geometry::Quad(quad) => self.by_quad(c, emitter, quad),
             Geometry::Shape => Ok(self.exactly(c, emitter, lobe)),
         }
     }
@@ -83,6 +95,7 @@ impl Images {
     fn by_tree(
         &self,
         c: [DVec3; 3],
+        emitter: &Emitter,
         tree: &Tree,
         lobe: Option<&Lobe>,
         tolerance: f32,
@@ -96,7 +109,14 @@ impl Images {
         let root = &tree.nodes[0];
         let clip = Clip::new(&map, truth.as_ref(), root.center - map.foot, root.half).ok_or(Skip::BelowHorizon)?;
         let integral = tree_integral(&map, &clip, tree.view(), tolerance, budget);
-        Ok(self.lit(integral.value, integral.visited))
+        Ok(self.lit(integral.value, integral.visited).painted(emitter, &map))
+    }
+
+    /// Clipped at z = 0 of cosine space only, as published.
+    fn by_quad(&self, c: [DVec3; 3], emitter: &Emitter, quad: &Quad) -> Result<Gathered, Skip> {
+        let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
+        let clip = Clip::new(&map, None, -map.foot, quad.half).ok_or(Skip::BelowHorizon)?;
+        Ok(self.lit(quad_integral(&map, &clip, quad), QUAD_EDGES).painted(emitter, &map))
     }
 
     /// A signed integral from the side the point is on.

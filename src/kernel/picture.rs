@@ -12,41 +12,22 @@ use glam::{Vec2, Vec3, Vec4};
 /// Places beyond this (tree space) are as far as the edge of any picture.
 const FARTHEST: f32 = 1e6;
 
-/// A prefiltered picture of one light or layer.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Filtered {
-    /// Lower left corner of the box that all levels cover, tree space.
-    pub low: Vec2,
-    /// 1 / width and 1 / height of the box.
-    pub per_unit: Vec2,
-    /// First of its levels.
-    pub first_level: u32,
-    /// Number of its levels, at least 1.
-    pub levels: u32,
-}
-
-/// The picture, filtered by one Gaussian. Row 0 is lowest.
+/// A picture filtered by one Gaussian. The levels of a picture follow one another. Row 0 is lowest.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Level {
+    /// Lower left corner of the box that the texels cover, tree space.
+    pub low: Vec2,
+    /// 1 / width and 1 / height of the box.
+    pub per_unit: Vec2,
     /// First of its texels.
     pub offset: u32,
-    /// Texels across.
-    pub width: u32,
-    /// Texels up.
-    pub height: u32,
+    /// Texels across (lower 16 bits) and up (upper 16 bits), at least 1.
+    pub size: u32,
     /// σ² along each axis, tree space; rises from level to level.
     pub variance: f32,
-}
-
-/// The levels and texels that pictures point into. Texels are linear; 1 stands for the picture's peak.
-#[derive(Clone, Copy, Debug)]
-pub struct Levels<'a> {
-    /// Of all pictures.
-    pub levels: &'a [Level],
-    /// Of all levels; w is unused.
-    pub texels: &'a [Vec4],
+    /// Levels after this one, of the same picture.
+    pub coarser: u32,
 }
 
 /// The Gaussian that stands for the clamped cosine on a light.
@@ -79,35 +60,37 @@ impl Footprint {
     }
 }
 
-/// The picture's colour under a footprint: bilinear in two levels, mixed so that the variance is that of the footprint.
-pub fn fetch(picture: &Filtered, all: Levels<'_>, footprint: &Footprint) -> Vec3 {
-    let first = picture.first_level as usize;
-    let last = first + picture.levels as usize - 1;
-    let mut fine = first;
-    while fine < last && all.levels[fine + 1].variance <= footprint.variance {
-        fine += 1;
+/// A picture's colour under a footprint: bilinear in two levels, mixed so that the variance is that of the footprint.
+///
+/// `levels`: the picture's. `texels`: what they point into; linear, w unused.
+pub fn fetch(levels: &[Level], texels: &[Vec4], footprint: &Footprint) -> Vec3 {
+    let mut i = 0;
+    while levels[i].coarser > 0 && levels[i + 1].variance <= footprint.variance {
+        i += 1;
     }
-    let coarse = last.min(fine + 1);
-    let at = (footprint.place - picture.low) * picture.per_unit;
-    let color = fetch_level(&all.levels[fine], all.texels, at);
-    let step = all.levels[coarse].variance - all.levels[fine].variance;
-    let share = footprint.variance - all.levels[fine].variance;
-    if !(step > 0.0 && share > 0.0) {
+    let color = fetch_level(&levels[i], texels, footprint.place);
+    if levels[i].coarser == 0 {
         return color;
     }
-    color.lerp(fetch_level(&all.levels[coarse], all.texels, at), (share / step).min(1.0))
+    let (fine, coarse) = (levels[i].variance, levels[i + 1].variance);
+    let share = (footprint.variance - fine) / (coarse - fine);
+    if share <= 0.0 {
+        return color;
+    }
+    color.lerp(fetch_level(&levels[i + 1], texels, footprint.place), share)
 }
 
-/// Bilinear, the place in 0..1 of the box; beyond it the edge goes on.
-fn fetch_level(level: &Level, texels: &[Vec4], at: Vec2) -> Vec3 {
-    let last = Vec2::new((level.width - 1) as f32, (level.height - 1) as f32);
-    let place = (at * (last + 1.0) - 0.5).max(Vec2::ZERO).min(last);
-    let low = place.floor();
-    let part = place - low;
-    let x = low.x as u32;
-    let right = (x + 1).min(level.width - 1);
-    let row = level.offset + low.y as u32 * level.width;
-    let above = level.offset + (low.y as u32 + 1).min(level.height - 1) * level.width;
+/// Bilinear between the texels' centres; beyond the outer ones the edge goes on.
+fn fetch_level(level: &Level, texels: &[Vec4], place: Vec2) -> Vec3 {
+    let (width, height) = (level.size & 0xffff, level.size >> 16);
+    let last = Vec2::new((width - 1) as f32, (height - 1) as f32);
+    let at = ((place - level.low) * level.per_unit * (last + 1.0) - 0.5).max(Vec2::ZERO).min(last);
+    let cell = at.floor();
+    let part = at - cell;
+    let x = cell.x as u32;
+    let right = (x + 1).min(width - 1);
+    let row = level.offset + cell.y as u32 * width;
+    let above = level.offset + (cell.y as u32 + 1).min(height - 1) * width;
     let texel = |i: u32| texels[i as usize].truncate();
     let lower = texel(row + x).lerp(texel(row + right), part.x);
     lower.lerp(texel(above + x).lerp(texel(above + right), part.x), part.y)

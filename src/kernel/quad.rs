@@ -1,12 +1,14 @@
 //! The clamped-cosine integral of a rectangle: four clipped edges (Heitz, Dupuy, Hill, Neubelt 2016). Twin:
 //! `shaders/quad.wgsl`.
 
-use super::horizon::{Clip, Horizon};
+use super::horizon::{Clip, Horizon, cut_edge};
 use super::map::{CosineMap, PlanePoint};
-use super::tree::cut_edge;
 use bytemuck::{Pod, Zeroable};
 use core::f32::consts::TAU;
 use glam::{DVec2, Vec2};
+
+/// Edges of a rectangle.
+pub const QUAD_EDGES: u32 = 4;
 
 /// An axis-aligned rectangle about the middle of tree space.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

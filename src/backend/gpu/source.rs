@@ -1,6 +1,6 @@
 //! The shaders, put together from `shaders/*.wgsl`: plain concatenation, with the constants that Rust owns in front.
 
-use super::layout::BOX_COUNT_BITS;
+use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
 use crate::brdf::ltc::{ALPHA_MIN, Table};
 use crate::kernel::horizon::MARGIN;
 use crate::kernel::map::FOOT_LIMIT;
@@ -25,13 +25,15 @@ macro_rules! files {
 }
 
 /// What every technique needs to find its integrals.
-const LIGHTS: &[&str] = files!("types" "ltc" "frame" "map" "edge" "horizon" "shade");
+const LIGHTS: &[&str] = files!("types" "ltc" "frame" "map" "edge" "horizon" "picture" "shade");
 
 /// What evaluates the integrals of a technique: the function `gather`.
 fn technique(name: &str) -> &'static [&'static str] {
-    // The other techniques bring their own files.
-    let _ = name;
-    files!("tree" "gather_tree")
+    match name {
+        "quad" => files!("quad" "gather_quad"),
+        // The other techniques bring their own files.
+        _ => files!("tree" "gather_tree"),
+    }
 }
 
 fn concatenate(name: &'static str, files: &[&[&str]]) -> Source {
@@ -50,13 +52,13 @@ pub fn gbuffer() -> Source {
     concatenate("gbuffer", &[files!("types" "raster" "gbuffer")])
 }
 
-/// Shading by the technique of that name: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR`, `TEXTURES` and
-/// `TRUE_HORIZON`.
+/// Shading by the technique of that name: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR`, `TEXTURES`,
+/// `PICTURES` and `TRUE_HORIZON`.
 pub fn light(name: &str) -> Source {
     concatenate("light", &[LIGHTS, technique(name), files!("surface" "reflect" "nearest" "light")])
 }
 
-/// The light meter of the technique of that name: `read_meter`, with the override `TRUE_HORIZON`.
+/// The light meter of the technique of that name: `read_meter`, with the overrides `PICTURES` and `TRUE_HORIZON`.
 pub fn meter(name: &str) -> Source {
     concatenate("meter", &[LIGHTS, technique(name), files!("meter")])
 }
@@ -72,6 +74,7 @@ fn constants() -> String {
         ("CUBIC", CUBIC),
         ("DEEPEST", DEEPEST),
         ("NO_TEXTURE", NO_TEXTURE),
+        ("NO_PICTURE", NO_PICTURE),
         ("BOX_COUNT_BITS", BOX_COUNT_BITS),
         ("SKIP_ROWS", SKIP_ROWS),
         ("LTC_ALPHAS", alphas as u32),
