@@ -90,7 +90,8 @@ impl Canvas {
                 let Some(coverage) = coverage(&contours, [left, band * TILE], [across, down]) else { continue };
                 for (i, covered) in coverage.into_iter().enumerate().filter(|&(_, covered)| covered > 0.0) {
                     let (x, y) = (left + i % across, i / across);
-                    let color = looks.as_ref().map_or(Vec3::ONE, |l| l.mean(|within| place(x, band * TILE + y, within)));
+                    let color =
+                        looks.as_ref().map_or(Vec3::ONE, |l| l.mean(|within| place(x, band * TILE + y, within)));
                     rows[y * width + x] += paint(color) * covered;
                 }
             }
