@@ -7,7 +7,7 @@ use crate::color::luminance;
 use crate::light::{AreaLight, Form, Layer, Placement};
 use crate::outline::bundled;
 use crate::outline::font::{Font, Tag};
-use crate::outline::svg::{ArtLayer, FontBytes, SvgOptions, svg};
+use crate::outline::svg::{FontBytes, SvgOptions, svg};
 use crate::outline::text::{Align, Direction, TextStyle, layout};
 use crate::outline::{FillRule, Warning, path};
 use crate::scene::folder::Folder;
@@ -176,12 +176,7 @@ fn from_svg(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Vec<
     let options = SvgOptions { size, fonts, font_family: bundled::DEFAULT_FAMILY.into() };
     let art = svg(&bytes, name, &options).map_err(|e| source.value.resource(e))?;
     warnings.extend(art.warnings);
-    let layer = |l: ArtLayer| {
-        // The colours of the art are multiplied by the opacity already.
-        let radiance = if own_colors { DVec3::from_array(l.color) } else { DVec3::splat(l.opacity) };
-        Layer { shape: l.shape, radiance, opacity: l.opacity, picture: None }
-    };
-    Ok(art.layers.into_iter().map(layer).collect())
+    Ok(art.layers.into_iter().map(|l| l.into_light(own_colors)).collect())
 }
 
 fn from_text(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Vec<Layer>, SceneError> {
