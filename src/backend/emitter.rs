@@ -30,6 +30,8 @@ pub struct Emitter {
     pub square: Square,
     /// Colours the radiance is multiplied by.
     pub picture: Option<Arc<Picture>>,
+    /// Their mean over the region: what techniques take that don't read the picture. White without a picture.
+    pub mean: Vec3,
     /// The region as the technique reads it.
     pub geometry: Geometry,
 }
@@ -68,6 +70,7 @@ impl Emitter {
             shape: layer.shape.clone(),
             square: Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?,
             picture: layer.picture.clone(),
+            mean: layer.mean_color().truncate().as_vec3(),
             geometry: Geometry::new(layer, technique).map_err(named)?,
         })
     }
@@ -87,6 +90,7 @@ impl Emitter {
             form: Form::Outline,
             square: Square::around(layer.shape.bounds()).ok_or(TreeError::NoArea)?,
             picture: None,
+            mean: Vec3::ONE,
             geometry: Geometry::new(&layer, technique)?,
             shape: layer.shape,
         })

@@ -74,10 +74,11 @@ impl Images {
             }
             None => self.c,
         };
-        match &emitter.geometry {
-            Geometry::Tree(tree) => self.by_tree(c, tree, lobe, tolerance, budget),
-            Geometry::Shape => Ok(self.exactly(c, emitter, lobe)),
-        }
+        let gathered = match &emitter.geometry {
+            Geometry::Tree(tree) => self.by_tree(c, tree, lobe, tolerance, budget)?,
+            Geometry::Shape => self.exactly(c, emitter, lobe),
+        };
+        Ok(Gathered { value: gathered.value * emitter.mean.as_dvec3(), ..gathered })
     }
 
     fn by_tree(

@@ -1,25 +1,23 @@
 //! Pictures embedded in an SVG: decoding, and the view of one placed in light space.
 
 use crate::color::srgb_decode;
-use crate::light::picture::Picture;
+use crate::light::picture::{MAX_SIDE, Picture};
 use glam::{DAffine2, DVec2, DVec4, Vec4};
 use image::{ImageReader, Limits};
 use std::io::Cursor;
 use std::sync::Arc;
 
-/// Most pixels along either side.
-const MAX_SIDE: u32 = 16_384;
+/// Most pixels along either side of a file.
+const MAX_PIXELS: u32 = 16_384;
 /// Most bytes decoding may take.
 const MAX_DECODED: u64 = 512 << 20;
-/// Most texels kept along either side; larger pictures are shrunk by area average.
-pub(super) const KEPT_SIDE: u32 = 2048;
 
 /// The colours of a PNG or JPEG over the box from (0, 0) to its size in pixels, y up; or what is wrong with it.
 pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
     let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_SIDE);
-    limits.max_image_height = Some(MAX_SIDE);
+    limits.max_image_width = Some(MAX_PIXELS);
+    limits.max_image_height = Some(MAX_PIXELS);
     limits.max_alloc = Some(MAX_DECODED);
     reader.limits(limits);
     let pixels = reader.decode().map_err(|e| e.to_string())?.into_rgba8();
@@ -34,7 +32,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
         let [r, g, b] = [r, g, b].map(|v| alpha * linear[usize::from(v)]);
         Vec4::new(r, g, b, alpha)
     };
-    let kept = [width.min(KEPT_SIDE), height.min(KEPT_SIDE)];
+    let kept = [width.min(MAX_SIDE), height.min(MAX_SIDE)];
     let whole = [DVec2::ZERO, DVec2::new(f64::from(width), f64::from(height))];
     Ok(Picture::shrunk([width, height], kept, whole, texel))
 }

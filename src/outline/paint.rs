@@ -3,9 +3,9 @@
 //! A paint is a colour for every point of the plane. Laying one over another and fading a group are exact, point by point;
 //! only the last step, the picture, has texels.
 
-use super::embedded::{Image, KEPT_SIDE, View};
+use super::embedded::{Image, View};
 use super::gradient::Gradient;
-use crate::light::picture::Picture;
+use crate::light::picture::{MAX_SIDE, Picture};
 use crate::shape::Bounds;
 use glam::{DAffine2, DVec2, DVec3, DVec4, Vec4};
 use rayon::prelude::*;
@@ -204,7 +204,7 @@ impl Paint {
             let density = field.density();
             let mut wanted = density * size + 1.0;
             let most = match field {
-                Field::Image(_) => f64::from(KEPT_SIDE),
+                Field::Image(_) => f64::from(MAX_SIDE),
                 Field::Gradient(gradient) => {
                     let changes = gradient.speed() * size;
                     wanted = DVec2::select(changes.cmplt(DVec2::splat(FLAT)), DVec2::ONE, wanted);

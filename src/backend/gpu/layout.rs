@@ -114,7 +114,7 @@ impl Emitter {
             first_detail: 0,
             normal: x.cross(y).as_vec3(),
             light: emitter.light as u32,
-            radiance: emitter.radiance,
+            radiance: emitter.radiance * emitter.mean,
             two_sided: u32::from(emitter.two_sided),
             form,
             radius,
