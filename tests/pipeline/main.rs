@@ -12,6 +12,7 @@ mod kernel;
 mod mask;
 mod mesh;
 mod painter;
+mod polygon;
 mod preset;
 mod scene;
 mod shaders;
