@@ -1,5 +1,7 @@
 // Curves as the polygonal techniques read them, their corners and edges. Twin of src/kernel/curve.rs.
 
+@group(0) @binding(6) var<storage, read> curves: array<Curve>;
+
 // An integral by edges, and how many it took.
 struct EdgeSum {
     // The integral, normalised: 1 for a full hemisphere; negative behind the light.
@@ -60,7 +62,7 @@ struct Corner {
 // At the point q relative to the map's foot.
 fn corner_at(map: CosineMap, q: vec2f) -> Corner {
     let p = map_point(map, q);
-    return Corner(q, p, 1.0 / max(length(p), NEAREST));
+    return Corner(q, p, 1.0 / max(length(p), NEAREST_IMAGE));
 }
 
 // 2 pi times the contour integral along the edge from a to b (see edge_integral).
@@ -70,9 +72,10 @@ fn corner_edge(map: CosineMap, a: Corner, b: Corner) -> f32 {
     return edge_angle(edge_normal(map, perp_dot(u, a.q), u), dot(a.p, b.p) * inv, inv);
 }
 
-// corner_edge of the edge's part above the horizon, with the closing term where it crosses.
-fn clipped_edge(map: CosineMap, clip: Clip, a: Corner, b: Corner) -> EdgeSum {
-    if clip.planes == 0u {
+// corner_edge of the edge's part above the horizon, with the closing term where it crosses. `cut` is whether the horizon may cut
+// its curve.
+fn clipped_edge(map: CosineMap, clip: Clip, cut: bool, a: Corner, b: Corner) -> EdgeSum {
+    if !cut {
         return EdgeSum(corner_edge(map, a, b), 1u);
     }
     let ha = height_at(clip.first.height, a.q);
@@ -89,4 +92,9 @@ fn clipped_edge(map: CosineMap, clip: Clip, a: Corner, b: Corner) -> EdgeSum {
         return EdgeSum(corner_edge(map, a, c) - closing, 1u);
     }
     return EdgeSum(corner_edge(map, c, b) + closing, 1u);
+}
+
+// What clips a light at one shading point by a technique that knows z = 0 only. The light is taken for its whole square.
+fn clip_square(map: CosineMap) -> Clip {
+    return clip_light(map, vec3f(0.0, 0.0, 1.0), -map.foot, vec2f(1.0));
 }

@@ -8,8 +8,13 @@ fn uniform_integral(map: CosineMap, clip: Clip, first_curve: u32, end_curve: u32
     var a = corner_at(map, -map.foot);
     for (var k = first_curve; k < end_curve; k++) {
         let curve = local_curve(curves[k], map.foot);
-        if clip.planes != 0u && !any(control_heights(curve, clip.first) > vec4f()) {
-            continue;
+        var cut = false;
+        if clip.planes != 0u {
+            let heights = control_heights(curve, clip.first);
+            if !any(heights > vec4f()) {
+                continue;
+            }
+            cut = !all(heights > vec4f());
         }
         if any(a.q != curve.p0) {
             a = corner_at(map, curve.p0);
@@ -24,7 +29,7 @@ fn uniform_integral(map: CosineMap, clip: Clip, first_curve: u32, end_curve: u32
                 q = local_point(curve, f32(i) * width);
             }
             let b = corner_at(map, q);
-            let edge = clipped_edge(map, clip, a, b);
+            let edge = clipped_edge(map, clip, cut, a, b);
             sum += edge.value;
             edges += edge.edges;
             a = b;

@@ -46,7 +46,7 @@ fn cubic_height_slope(cubic: HeightCubic, t: f32) -> f32 {
 // an even number of crossings joins equal states, so that the curves of a closed contour cross in pairs.
 fn height_crossings(h: vec4f) -> Crossings {
     let cubic = height_cubic(h);
-    let noise = NOISE * max(max(abs(h.x), abs(h.y)), max(abs(h.z), abs(h.w)));
+    let noise = ROOT_NOISE * max(max(abs(h.x), abs(h.y)), max(abs(h.z), abs(h.w)));
     // The derivative is 3*(a*t^2 + 2*b*t + c).
     let a = cubic.e.y - cubic.e.x;
     let b = cubic.e.x;
@@ -97,7 +97,7 @@ fn zero_between(cubic: HeightCubic, start: f32, stop: f32, above: bool, guesses:
             t = guesses[i];
         }
     }
-    for (var i = 0u; i < STEPS; i++) {
+    for (var i = 0u; i < ROOT_STEPS; i++) {
         let height = cubic_height_at(cubic, t);
         if (height > 0.0) == above {
             low = t;

@@ -9,7 +9,7 @@ fn kuge_integral(map: CosineMap, clip: Clip, first_curve: u32, end_curve: u32, e
         let curve = local_curve(curves[k], map.foot);
         var sum: EdgeSum;
         if is_line(curve) {
-            sum = clipped_edge(map, clip, corner_at(map, curve.p0), corner_at(map, curve.p3));
+            sum = clipped_edge(map, clip, clip.planes != 0u, corner_at(map, curve.p0), corner_at(map, curve.p3));
         } else {
             sum = curve_above(map, clip, curve, eps);
         }

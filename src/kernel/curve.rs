@@ -31,7 +31,7 @@ pub struct EdgeSum {
 }
 
 /// Smallest length of an image: what lies nearer to the shading point counts as being there, so that all is finite.
-pub const NEAREST: f32 = 1e-30;
+pub const NEAREST_IMAGE: f32 = 1e-18;
 
 /// A curve relative to the map's foot, by its ends and first differences.
 #[derive(Clone, Copy, Debug)]
@@ -92,7 +92,7 @@ impl Corner {
     #[inline]
     pub fn new(map: &CosineMap, q: Vec2) -> Self {
         let p = map.point(q);
-        Self { q, p, inv: 1.0 / p.length().max(NEAREST) }
+        Self { q, p, inv: 1.0 / p.length().max(NEAREST_IMAGE) }
     }
 }
 

@@ -16,10 +16,13 @@ pub fn uniform_integral(map: &CosineMap, horizon: Option<&Horizon>, curves: &[Cu
     let mut a = Corner::new(map, -map.foot);
     for curve in curves {
         let local = LocalCurve::new(curve, map.foot);
-        if let Some(horizon) = horizon
-            && !local.heights(horizon).iter().any(|&h| h > 0.0)
-        {
-            continue;
+        let mut horizon = horizon;
+        if let Some(plane) = horizon {
+            let heights = local.heights(plane);
+            if !heights.iter().any(|&h| h > 0.0) {
+                continue;
+            }
+            horizon = horizon.filter(|_| !heights.iter().all(|&h| h > 0.0));
         }
         if a.q != local.p0 {
             a = Corner::new(map, local.p0);

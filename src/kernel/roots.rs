@@ -7,10 +7,10 @@
 //! Newton steps from the closed form of the lower degrees, kept inside the bracket, cannot lose the root.
 
 /// Leading coefficients below this, relative to the largest height, are rounding noise of the differences.
-pub const NOISE: f32 = 1e-6;
+pub const ROOT_NOISE: f32 = 1e-6;
 /// Newton or bisection steps within a bracket at most. At a triple root, where Newton's step is a third short, they leave
 /// (2/3)²⁴ of the distance and 2e-13 of the height.
-pub const STEPS: u32 = 24;
+pub const ROOT_STEPS: u32 = 24;
 /// Step in t that ends the search: half the spacing of t below 1.
 const LAST_STEP: f32 = 3e-8;
 
@@ -65,7 +65,7 @@ impl HeightCubic {
 /// Heights at the crossings are within 2e-6 of zero, relative to the largest of `h` (test `planted_roots_are_found`).
 pub fn crossings(h: [f32; 4]) -> Crossings {
     let cubic = HeightCubic::new(h);
-    let noise = NOISE * h[0].abs().max(h[1].abs()).max(h[2].abs().max(h[3].abs()));
+    let noise = ROOT_NOISE * h[0].abs().max(h[1].abs()).max(h[2].abs().max(h[3].abs()));
     // The derivative is 3·(a·t² + 2·b·t + c).
     let (a, b, c) = (cubic.e[1] - cubic.e[0], cubic.e[0], cubic.d[0]);
     // Turning points, ascending, and the closed-form zeros; 2 where there is none inside.
@@ -106,7 +106,7 @@ fn zero_between(cubic: &HeightCubic, from: f32, to: f32, above: bool, guesses: [
             t = guess;
         }
     }
-    for _ in 0..STEPS {
+    for _ in 0..ROOT_STEPS {
         let height = cubic.at(t);
         if (height > 0.0) == above {
             low = t;

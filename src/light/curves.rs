@@ -1,5 +1,6 @@
 //! The curves of a shape as the polygonal techniques read them.
 
+use super::Square;
 use crate::kernel::curve::Curve;
 use crate::shape::{CubicBez, Shape};
 use glam::DVec2;
@@ -8,12 +9,11 @@ use glam::DVec2;
 /// what is left out is less than what rounding moves.
 const STRAIGHT: f64 = 1.0 / (1 << 25) as f64;
 
-/// The curves of `shape` in the square whose middle and half-width in light space are `center` and `half`
-/// ([`crate::light::tree::Tree`]), contour after contour.
+/// The curves of `shape` in the square, contour after contour.
 ///
 /// Whether a curve is a line is decided here, in f64 and by its handles' distances from the chord: a handle that is drawn
 /// back into its end or square to the chord does not make one. Curves that are a point are left out.
-pub fn curves(shape: &Shape, center: DVec2, half: f64) -> Vec<Curve> {
+pub fn curves(shape: &Shape, Square { center, half }: Square) -> Vec<Curve> {
     let to_square = |p: DVec2| (p - center) / half;
     let mut curves = Vec::new();
     for curve in shape.curves() {

@@ -1,7 +1,7 @@
 //! The polygonal techniques, `kuge` and `uniform`, against the float64 yardstick.
 
 use crate::cases::{Rng, blob, images, ring};
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, Vec2};
 use glyphlight::backend::exact::{ExactMap, exact_integral};
 use glyphlight::kernel::curve::{Curve, EdgeSum};
 use glyphlight::kernel::horizon::Clip;
@@ -9,6 +9,7 @@ use glyphlight::kernel::map::CosineMap;
 use glyphlight::kernel::polygon::uniform_integral;
 use glyphlight::kernel::roots::crossings;
 use glyphlight::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, kuge_integral};
+use glyphlight::light::Square;
 use glyphlight::light::curves::curves;
 use glyphlight::shape::{CubicBez, Shape};
 
@@ -35,32 +36,25 @@ impl Placed {
     }
 
     fn by(&self, by: By) -> EdgeSum {
-        let (center, half) = self.square();
-        self.of(&curves(&self.shape, center, half), by)
+        self.of(&curves(&self.shape, self.square()), by)
     }
 
-    fn square(&self) -> (DVec2, f64) {
-        let bounds = self.shape.bounds();
-        (bounds.center(), bounds.size().max_element() * 0.5)
+    fn square(&self) -> Square {
+        Square::around(self.shape.bounds()).unwrap()
     }
 
     /// The integral of given curves in place of the shape's own.
     fn of(&self, curves: &[Curve], by: By) -> EdgeSum {
-        let (center, half) = self.square();
+        let Square { center, half } = self.square();
         let Some(map) = CosineMap::new(self.c, center, half) else { return EdgeSum::default() };
         if map.depth <= 0.0 {
             return EdgeSum::default();
         }
-        let extent = (self.shape.bounds().size() * (0.5 / half)).as_vec2();
-        let horizon = match Clip::new(&map, None, -map.foot, extent) {
-            None => return EdgeSum::default(),
-            Some(Clip::None) => None,
-            Some(Clip::One([z])) => Some(z),
-            Some(Clip::Two(_)) => panic!("one plane was asked for"),
-        };
+        let Some(clip) = Clip::new(&map, None, -map.foot, Vec2::ONE) else { return EdgeSum::default() };
+        let horizon = clip.planes().first();
         match by {
-            By::Kuge(eps) => kuge_integral(&map, horizon.as_ref(), curves, eps),
-            By::Uniform(segments) => uniform_integral(&map, horizon.as_ref(), curves, segments),
+            By::Kuge(eps) => kuge_integral(&map, horizon, curves, eps),
+            By::Uniform(segments) => uniform_integral(&map, horizon, curves, segments),
         }
     }
 
@@ -242,9 +236,8 @@ fn a_curve_taken_for_a_line_is_noticed() {
                 continue;
             }
             lit += 1;
-            let (center, half) = placed.square();
             let lines: Vec<_> =
-                curves(&placed.shape, center, half).into_iter().map(|c| Curve { p1: c.p0, p2: c.p3, ..c }).collect();
+                curves(&placed.shape, placed.square()).into_iter().map(|c| Curve { p1: c.p0, p2: c.p3, ..c }).collect();
             let value = f64::from(placed.of(&lines, FINE[0]).value);
             noticed += u32::from((value - placed.exact()).abs() > 10.0 * tolerance);
         }
@@ -475,7 +468,7 @@ fn curves_share_their_ends_and_lines_are_lines() {
     let line = |c: &Curve| c.p1 == c.p0 && c.p2 == c.p3;
     let of = |c: CubicBez| {
         let shape = shape(vec![vec![c, CubicBez::line(c.p3, p(0.3, -2.0)), CubicBez::line(p(0.3, -2.0), c.p0)]]);
-        curves(&shape, p(0.0, 0.0), 2.0)[0]
+        curves(&shape, Square { center: DVec2::ZERO, half: 2.0 })[0]
     };
     let (a, b) = (p(0.0, 0.0), p(1.0, 0.0));
     let on_chord = CubicBez::new(a, p(0.2, 0.0), p(0.9, 1e-9), b);
@@ -485,15 +478,14 @@ fn curves_share_their_ends_and_lines_are_lines() {
         assert!(!line(&of(CubicBez::new(a, handle, other, b))), "{handle} {other}");
     }
     let teardrop = shape(vec![vec![CubicBez::new(a, p(1.0, 0.3), p(1.0, -0.3), a)]]);
-    assert_eq!(curves(&teardrop, a, 1.0).len(), 1);
+    assert_eq!(curves(&teardrop, Square { center: a, half: 1.0 }).len(), 1);
 
     let mut rng = Rng(53);
     for _ in 0..200 {
         let contours: Vec<_> = (0..3).map(|i| ring(&mut rng, p(f64::from(i) * 3.0, 1.0), 1.0, 9, i == 1)).collect();
         let shape = shape(contours);
-        let (bounds, mut at) = (shape.bounds(), 0);
-        let half = bounds.size().max_element() * 0.5;
-        let found = curves(&shape, bounds.center(), half);
+        let mut at = 0;
+        let found = curves(&shape, Square::around(shape.bounds()).unwrap());
         for contour in shape.contours() {
             let n = contour.curves().len();
             let part = &found[at..at + n];
@@ -524,8 +516,7 @@ fn edges_are_counted() {
     // Whole below the horizon: nothing at all.
     let below = Placed { c: [DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z * 2.0], ..placed.clone() };
     assert_eq!(below.by(By::Uniform(30)), EdgeSum::default());
-    let square =
-        shape(vec![closed(&[p(0.0, 0.0), p(1.0, 0.0), p(1.0, 1.0), p(0.0, 1.0)])]);
+    let square = shape(vec![closed(&[p(0.0, 0.0), p(1.0, 0.0), p(1.0, 1.0), p(0.0, 1.0)])]);
     let square = Placed { c, shape: square };
     assert_eq!((square.by(By::Kuge(1e-6)).edges, square.by(By::Uniform(64)).edges), (4, 4));
     assert!((f64::from(square.by(By::Uniform(64)).value) - square.exact()).abs() < 1e-6);

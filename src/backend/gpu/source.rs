@@ -2,8 +2,11 @@
 
 use super::layout::BOX_COUNT_BITS;
 use crate::brdf::ltc::{ALPHA_MIN, Table};
+use crate::kernel::curve::NEAREST_IMAGE;
 use crate::kernel::horizon::MARGIN;
 use crate::kernel::map::FOOT_LIMIT;
+use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
+use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
 use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SLACK};
 
@@ -19,28 +22,49 @@ pub struct Source {
     pub code: String,
 }
 
-macro_rules! concatenate {
-    ($name:literal: $($stem:literal)*) => {
-        Source {
-            name: $name,
-            code: [constants().as_str(), $(include_str!(concat!("../../../shaders/", $stem, ".wgsl"))),*].join("\n"),
-        }
-    };
+/// Files of `shaders/`, in order.
+macro_rules! files {
+    ($($stem:literal)*) => { &[$(include_str!(concat!("../../../shaders/", $stem, ".wgsl"))),*] };
+}
+
+/// What every technique needs to find its integrals.
+const LIGHTS: &[&str] = files!("types" "ltc" "frame" "map" "edge" "horizon" "shade");
+
+/// What evaluates the integrals of a technique: the function `gather`.
+fn technique(name: &str) -> &'static [&'static str] {
+    match name {
+        "kuge" => files!("curve" "roots" "subdivide" "gather_kuge"),
+        "uniform" => files!("curve" "polygon" "gather_uniform"),
+        // The other techniques bring their own files.
+        _ => files!("tree" "gather_tree"),
+    }
+}
+
+fn concatenate(name: &'static str, files: &[&[&str]]) -> Source {
+    Source {
+        name,
+        code: [constants()]
+            .into_iter()
+            .chain(files.concat().into_iter().map(str::to_owned))
+            .collect::<Vec<_>>()
+            .join("\n"),
+    }
 }
 
 /// Which triangle each sample sees: `draw_triangle`, `store_triangle`.
 pub fn gbuffer() -> Source {
-    concatenate!("gbuffer": "types" "raster" "gbuffer")
+    concatenate("gbuffer", &[files!("types" "raster" "gbuffer")])
 }
 
-/// Shading: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR` and `TEXTURES`.
-pub fn light() -> Source {
-    concatenate!("light": "types" "ltc" "frame" "map" "edge" "horizon" "tree" "surface" "nearest" "shade" "light")
+/// Shading by the technique of that name: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR`, `TEXTURES` and
+/// `TRUE_HORIZON`.
+pub fn light(name: &str) -> Source {
+    concatenate("light", &[LIGHTS, technique(name), files!("surface" "reflect" "nearest" "light")])
 }
 
-/// The light meter: `read_meter`.
-pub fn meter() -> Source {
-    concatenate!("meter": "types" "ltc" "frame" "map" "edge" "horizon" "tree" "surface" "shade" "meter")
+/// The light meter of the technique of that name: `read_meter`, with the override `TRUE_HORIZON`.
+pub fn meter(name: &str) -> Source {
+    concatenate("meter", &[LIGHTS, technique(name), files!("meter")])
 }
 
 /// The constants that Rust owns.
@@ -53,6 +77,10 @@ fn constants() -> String {
         ("SEGMENT", SEGMENT),
         ("CUBIC", CUBIC),
         ("DEEPEST", DEEPEST),
+        ("ROOT_STEPS", ROOT_STEPS),
+        ("START_LEVEL", START_LEVEL),
+        ("INTERVALS", INTERVALS),
+        ("HALVINGS", HALVINGS),
         ("NO_TEXTURE", NO_TEXTURE),
         ("BOX_COUNT_BITS", BOX_COUNT_BITS),
         ("SKIP_ROWS", SKIP_ROWS),
@@ -66,6 +94,10 @@ fn constants() -> String {
         ("SLACK", SLACK),
         ("MARGIN", MARGIN),
         ("FOOT_LIMIT", FOOT_LIMIT as f32),
+        ("NEAREST_IMAGE", NEAREST_IMAGE),
+        ("ROOT_NOISE", ROOT_NOISE),
+        ("DIFFUSE_EPS", DIFFUSE_EPS),
+        ("SPECULAR_EPS", SPECULAR_EPS),
     ];
     for (name, value) in floats {
         code += &format!("const {name}: f32 = {value:e};\n");
