@@ -1,4 +1,5 @@
-// The technique `tree`: the integral of one emission at one shading point. Twin of by_tree in src/backend/gather.rs.
+// The techniques `tree` and `textured`: the integral of one emission at one shading point, in the colours of its picture if
+// it has one. Twin of by_tree in src/backend/gather.rs.
 
 @group(0) @binding(6) var<storage, read> nodes: array<Node>;
 @group(0) @binding(7) var<storage, read> handles: array<Handles>;
@@ -21,5 +22,5 @@ fn gather(
         return skipped_for(SKIP_BELOW_HORIZON);
     }
     let integral = tree_integral(map, clip, emitter, tolerance, budget);
-    return lit(images, integral.value, integral.visited);
+    return painted(lit(images, integral.value, integral.visited), emitter, map);
 }

@@ -109,54 +109,12 @@ fn far_sign(height: Height, a: vec2f, b: vec2f) -> f32 {
     return f32(height_at(height, b) > 0.0) - f32(height_at(height, a) > 0.0);
 }
 
-// The part of an edge above some planes, as a range of its parameter, and what its crossings close with.
-struct Cut {
-    start: f32,
-    end: f32,
-    closing: f32,
-}
-
-fn cut_at(map: CosineMap, plane: Horizon, cut_any: Cut, a: vec2f, b: vec2f) -> Cut {
-    var cut = cut_any;
-    let ha = height_at(plane.height, a);
-    let hb = height_at(plane.height, b);
-    if ha > 0.0 && hb > 0.0 {
-        return cut;
-    }
-    if !(ha > 0.0) && !(hb > 0.0) {
-        cut.end = 0.0;
-        return cut;
-    }
-    let t = ha / (ha - hb);
-    let closing = plane_crossing(plane, map_point(map, a + (b - a) * t));
-    if ha > 0.0 {
-        cut.closing -= closing;
-        cut.end = min(cut.end, t);
-    } else {
-        cut.closing += closing;
-        cut.start = max(cut.start, t);
-    }
-    return cut;
-}
-
 // The edge's part above all horizons, with the closing terms of its crossings.
 fn edge_above(map: CosineMap, clip: Clip, place: u32, a: vec2f, b: vec2f) -> f32 {
     if place >= PLACE_BELOW {
         return far_crossing(clip, place, a, b);
     }
-    var cut = Cut(0.0, 1.0, 0.0);
-    if place == PLACE_CUT {
-        cut = cut_at(map, clip.first, cut, a, b);
-        if clip.planes == 2u {
-            cut = cut_at(map, clip.second, cut, a, b);
-        }
-        if !(cut.start < cut.end) {
-            return cut.closing;
-        }
-    }
-    let start = select(a + (b - a) * cut.start, a, cut.start == 0.0);
-    let end = select(a + (b - a) * cut.end, b, cut.end == 1.0);
-    return cut.closing + edge_integral(map, start, end);
+    return cut_edge(map, clip, place == PLACE_CUT, a, b);
 }
 
 // A cubic from p0 to p3 by its first, second and third differences.

@@ -2,16 +2,19 @@
 
 use super::{BackendError, Technique};
 use crate::kernel::curve::Curve;
+use crate::kernel::quad::Quad;
 use crate::light::curves::curves;
+use crate::light::mask::{extent, light_picture, shape_picture};
 use crate::light::picture::Picture;
+use crate::light::prefilter::Prefiltered;
 use crate::light::tree::{Tree, TreeError};
 use crate::light::{AreaLight, Form, Layer, Placement, Square};
 use crate::scene::Scene;
-use crate::shape::Shape;
+use crate::shape::{Bounds, Shape};
 use glam::{DAffine2, DVec2, DVec3, Vec3};
 use std::sync::Arc;
 
-/// One emission of one light, ready for one technique.
+/// One emission of one light, ready for one technique. For `quad` it is the whole light, its layers one picture.
 #[derive(Clone, Debug)]
 pub struct Emitter {
     /// Index of the light in the scene.
@@ -32,6 +35,8 @@ pub struct Emitter {
     pub square: Square,
     /// Colours the radiance is multiplied by.
     pub picture: Option<Arc<Picture>>,
+    /// The picture as techniques without sampling read it: what the integral is multiplied by.
+    pub colors: Option<Arc<Prefiltered>>,
     /// The region as the technique reads it.
     pub geometry: Geometry,
 }
@@ -57,6 +62,8 @@ pub enum Geometry {
         /// Edges per curve.
         segments: u32,
     },
+    /// The bounding rectangle.
+    Quad(Quad),
 }
 
 impl Geometry {
@@ -74,20 +81,49 @@ impl Emitter {
     fn new(scene: &Scene, index: usize, layer: &Layer, technique: &Technique) -> Result<Self, BackendError> {
         let light: &AreaLight = &scene.lights[index];
         let named = |source| BackendError::Light { light: light.name.clone(), source };
-        let square = Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?;
         let mut placement = light.placement;
         placement.origin -= scene.camera.position;
+        let square = Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?;
+        let sampled = matches!(technique, Technique::Exact | Technique::Reference(_));
+        let colors = layer.picture.as_ref().filter(|_| !sampled).and_then(|p| colors(&layer.shape, p, &square));
+        let peak = colors.as_ref().map_or(Vec3::ONE, |c| c.peak);
         Ok(Self {
             light: index,
             placement,
-            radiance: layer.radiance.as_vec3(),
+            radiance: layer.radiance.as_vec3() * peak,
             opacity: layer.opacity as f32,
             two_sided: light.two_sided,
             form: light.form,
             shape: layer.shape.clone(),
             square,
             picture: layer.picture.clone(),
+            colors,
             geometry: Geometry::new(layer, square, technique).map_err(named)?,
+        })
+    }
+
+    /// All layers of a light as one picture on their bounding rectangle.
+    fn quad(scene: &Scene, index: usize, mask: u32) -> Result<Self, BackendError> {
+        let light: &AreaLight = &scene.lights[index];
+        let none = || BackendError::Light { light: light.name.clone(), source: TreeError::NoArea };
+        let mut placement = light.placement;
+        placement.origin -= scene.camera.position;
+        let picture = light_picture(&light.layers, mask).ok_or_else(none)?;
+        let (low, high) = (picture.low, picture.high);
+        let square = Square::around(Bounds { min: low, max: high }).ok_or_else(none)?;
+        let colors = Prefiltered::new(&picture, &square);
+        Ok(Self {
+            light: index,
+            placement,
+            radiance: colors.peak,
+            opacity: 1.0,
+            two_sided: light.two_sided,
+            form: light.form,
+            shape: Shape::rectangle(low, high),
+            square,
+            picture: Some(Arc::new(picture)),
+            colors: Some(Arc::new(colors)),
+            geometry: Geometry::Quad(Quad::new((high - low) * 0.5 / square.half)),
         })
     }
 
@@ -107,6 +143,7 @@ impl Emitter {
             form: Form::Outline,
             square,
             picture: None,
+            colors: None,
             geometry: Geometry::new(&layer, square, technique)?,
             shape: layer.shape,
         })
@@ -118,13 +155,29 @@ impl Emitter {
     }
 }
 
-/// One emitter for each layer of each light, relative to the camera.
+/// Fewest and most texels along the longer side of a shape's prefiltered picture.
+const COLOR_SIZES: [f64; 2] = [64.0, 1024.0];
+
+/// A layer's picture, prefiltered for its shape, at the picture's own resolution. `None` for a shape of no extent.
+fn colors(shape: &Shape, picture: &Picture, square: &Square) -> Option<Arc<Prefiltered>> {
+    let density = DVec2::new(f64::from(picture.width), f64::from(picture.height)) / (picture.high - picture.low);
+    let size = (extent(shape).size() * density).max_element().ceil().clamp(COLOR_SIZES[0], COLOR_SIZES[1]);
+    let on_shape = shape_picture(shape, picture, size as u32)?;
+    Some(Arc::new(Prefiltered::new(&on_shape, square)))
+}
+
+/// The emitters of all lights, relative to the camera: one for each layer, or for each light (`quad`).
 pub fn emitters(scene: &Scene, technique: &Technique) -> Result<Vec<Emitter>, BackendError> {
-    let mut emitters = Vec::new();
-    for (index, light) in scene.lights.iter().enumerate() {
-        for layer in &light.layers {
-            emitters.push(Emitter::new(scene, index, layer, technique)?);
+    let of_light = |(index, light): (usize, &AreaLight)| -> Vec<Result<Emitter, BackendError>> {
+        match *technique {
+            Technique::Quad { mask } if !light.layers.is_empty() => vec![Emitter::quad(scene, index, mask)],
+            _ => light.layers.iter().map(|layer| Emitter::new(scene, index, layer, technique)).collect(),
         }
-    }
-    Ok(emitters)
+    };
+    scene.lights.iter().enumerate().flat_map(of_light).collect()
+}
+
+/// All layers of all lights as the camera sees them: regions and pictures as they are.
+pub fn layers(scene: &Scene) -> Result<Vec<Emitter>, BackendError> {
+    emitters(scene, &Technique::Exact)
 }

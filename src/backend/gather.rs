@@ -8,10 +8,11 @@ use crate::kernel::curve::EdgeSum;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::horizon::{Clip, Height, Horizon, TrueHorizon};
 use crate::kernel::map::CosineMap;
+use crate::kernel::picture::{Footprint, fetch};
 use crate::kernel::polygon::uniform_integral;
+use crate::kernel::quad::{QUAD_EDGES, Quad, quad_integral};
 use crate::kernel::subdivide::{default_eps, kuge_integral};
 use crate::kernel::tree::{Budget, tree_integral};
-use crate::light::Square;
 use crate::light::tree::Tree;
 use glam::{DVec2, DVec3, Vec2};
 
@@ -32,6 +33,15 @@ pub struct Gathered {
     pub value: DVec3,
     /// Tree nodes, edges or samples it is made of, as the technique has it.
     pub visited: u32,
+}
+
+impl Gathered {
+    /// In the colours that the point sees of the emitter.
+    fn painted(self, emitter: &Emitter, map: &CosineMap) -> Self {
+        let Some(colors) = &emitter.colors else { return self };
+        let color = fetch(&colors.levels, &colors.texels, &Footprint::new(map));
+        Self { value: self.value * color.as_dvec3(), ..self }
+    }
 }
 
 /// The light's axes and origin in the shading frame.
@@ -79,14 +89,15 @@ impl Images {
             None => self.c,
         };
         match &emitter.geometry {
-            Geometry::Tree(tree) => self.by_tree(c, tree, lobe, tolerance, budget),
+            Geometry::Tree(tree) => self.by_tree(c, emitter, tree, lobe, tolerance, budget),
+            Geometry::Quad(quad) => self.by_quad(c, emitter, quad),
             Geometry::Shape => Ok(self.exactly(c, emitter, lobe)),
             Geometry::Kuge { curves, eps } => {
                 let eps = eps.unwrap_or_else(|| default_eps(lobe.map(|lobe| lobe.alpha)));
-                self.by_edges(c, emitter.square, |map, horizon| kuge_integral(map, horizon, curves, eps))
+                self.by_edges(c, emitter, |map, horizon| kuge_integral(map, horizon, curves, eps))
             }
             Geometry::Uniform { curves, segments } => {
-                self.by_edges(c, emitter.square, |map, horizon| uniform_integral(map, horizon, curves, *segments))
+                self.by_edges(c, emitter, |map, horizon| uniform_integral(map, horizon, curves, *segments))
             }
         }
     }
@@ -94,6 +105,7 @@ impl Images {
     fn by_tree(
         &self,
         c: [DVec3; 3],
+        emitter: &Emitter,
         tree: &Tree,
         lobe: Option<&Lobe>,
         tolerance: f32,
@@ -107,20 +119,27 @@ impl Images {
         let root = &tree.nodes[0];
         let clip = Clip::new(&map, truth.as_ref(), root.center - map.foot, root.half).ok_or(Skip::BelowHorizon)?;
         let integral = tree_integral(&map, &clip, tree.view(), tolerance, budget);
-        Ok(self.lit(integral.value, integral.visited))
+        Ok(self.lit(integral.value, integral.visited).painted(emitter, &map))
+    }
+
+    /// Clipped at z = 0 of cosine space only, as published.
+    fn by_quad(&self, c: [DVec3; 3], emitter: &Emitter, quad: &Quad) -> Result<Gathered, Skip> {
+        let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
+        let clip = Clip::new(&map, None, -map.foot, quad.half).ok_or(Skip::BelowHorizon)?;
+        Ok(self.lit(quad_integral(&map, &clip, quad), QUAD_EDGES).painted(emitter, &map))
     }
 
     /// By a technique that knows z = 0 only. The light is taken for its whole square where it is asked what clips it.
     fn by_edges(
         &self,
         c: [DVec3; 3],
-        Square { center, half }: Square,
+        emitter: &Emitter,
         integrate: impl FnOnce(&CosineMap, Option<&Horizon>) -> EdgeSum,
     ) -> Result<Gathered, Skip> {
-        let map = CosineMap::new(c, center, half).ok_or(Skip::Behind)?;
+        let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
         let clip = Clip::new(&map, None, -map.foot, Vec2::ONE).ok_or(Skip::BelowHorizon)?;
         let sum = integrate(&map, clip.planes().first());
-        Ok(self.lit(sum.value, sum.edges))
+        Ok(self.lit(sum.value, sum.edges).painted(emitter, &map))
     }
 
     /// A signed integral from the side the point is on.

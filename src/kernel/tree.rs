@@ -6,7 +6,7 @@
 //! its chord exactly. The walk refines a node whose remainder is above the tolerance or which a horizon cuts.
 
 use super::edge::edge_integral;
-use super::horizon::{Clip, Horizon, Side};
+use super::horizon::{Clip, Horizon, Side, cut_edge};
 use super::map::{CosineMap, PlanePoint};
 use bytemuck::{Pod, Zeroable};
 use core::f32::consts::{FRAC_1_PI, TAU};
@@ -309,37 +309,6 @@ fn far_crossing<P: PlanePoint>(other: &Horizon, a: P, b: P) -> f32 {
         (true, false) => -other.far_crossing(),
         _ => 0.0,
     }
-}
-
-/// The edge's part above all horizons, with the closing terms of its crossings.
-fn cut_edge<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], a: P, b: P) -> f32 {
-    let (zero, one) = (P::Scalar::from(0.0), P::Scalar::from(1.0));
-    let mut sum = 0.0;
-    let (mut from, mut to) = (zero, one);
-    for h in horizons {
-        let (ha, hb) = (h.height.at(a), h.height.at(b));
-        match (ha > zero, hb > zero) {
-            (true, true) => {}
-            (false, false) => to = zero,
-            (start, _) => {
-                let t = ha / (ha - hb);
-                let closing = h.crossing(map.point((a + (b - a) * t).round()));
-                if start {
-                    sum -= closing;
-                    to = if t < to { t } else { to };
-                } else {
-                    sum += closing;
-                    from = if t > from { t } else { from };
-                }
-            }
-        }
-    }
-    if from < to {
-        let start = if from == zero { a } else { a + (b - a) * from };
-        let end = if to == one { b } else { a + (b - a) * to };
-        sum += edge_integral(map, start, end);
-    }
-    sum
 }
 
 /// Integrates a cubic by halving it where the bound asks for it: chord plus the sliver's area times the kernel

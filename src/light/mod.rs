@@ -1,7 +1,9 @@
 //! [`AreaLight`]: shapes with emission, placed in the world.
 
 pub mod curves;
+pub mod mask;
 pub mod picture;
+pub mod prefilter;
 pub mod tree;
 
 use crate::shape::{Bounds, Shape};

@@ -13,6 +13,7 @@ mod mask;
 mod mesh;
 mod painter;
 mod polygon;
+mod prefilter;
 mod preset;
 mod scene;
 mod shaders;
