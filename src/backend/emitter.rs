@@ -1,11 +1,12 @@
 //! [`Emitter`]: an emission as the technique at hand reads it.
 
 use super::{BackendError, Technique};
+use crate::light::mosaic::{CELLS, Mosaic};
 use crate::light::picture::Picture;
 use crate::light::tree::{Tree, TreeError};
 use crate::light::{AreaLight, Form, Layer, Placement, Square};
 use crate::scene::Scene;
-use crate::shape::Shape;
+use crate::shape::{Bounds, Shape};
 use glam::{DAffine2, DVec2, DVec3, Vec3};
 use std::sync::Arc;
 
@@ -41,11 +42,20 @@ pub enum Geometry {
     Shape,
     /// A chord–moment tree.
     Tree(Tree),
+    /// Chord–moment trees of tiles of one colour each.
+    Mosaic(Mosaic),
 }
 
 impl Geometry {
-    fn new(layer: &Layer, technique: &Technique) -> Result<Self, TreeError> {
+    /// The region of `layer` as `technique` reads it; `extent` is the longer side of the whole light.
+    ///
+    /// # Errors
+    /// [`TreeError`] where it is none.
+    pub fn new(layer: &Layer, extent: f64, technique: &Technique) -> Result<Self, TreeError> {
         Ok(match technique {
+            Technique::Tree if let Some(picture) = &layer.picture => {
+                Self::Mosaic(Mosaic::new(&layer.shape, picture, extent / CELLS)?)
+            }
             Technique::Exact | Technique::Reference(_) => Self::Shape,
             _ => Self::Tree(Tree::new(&layer.shape)?),
         })
@@ -56,6 +66,8 @@ impl Emitter {
     fn new(scene: &Scene, index: usize, layer: &Layer, technique: &Technique) -> Result<Self, BackendError> {
         let light: &AreaLight = &scene.lights[index];
         let named = |source| BackendError::Light { light: light.name.clone(), source };
+        let bounds = light.layers.iter().map(|l| l.shape.bounds()).fold(Bounds::EMPTY, Bounds::union);
+        let extent = bounds.size().max_element();
         let mut placement = light.placement;
         placement.origin -= scene.camera.position;
         Ok(Self {
@@ -68,7 +80,7 @@ impl Emitter {
             shape: layer.shape.clone(),
             square: Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?,
             picture: layer.picture.clone(),
-            geometry: Geometry::new(layer, technique).map_err(named)?,
+            geometry: Geometry::new(layer, extent, technique).map_err(named)?,
         })
     }
 
@@ -77,6 +89,7 @@ impl Emitter {
     /// # Errors
     /// [`TreeError`] where the shape is no region.
     pub fn of_shape(shape: Shape, technique: &Technique) -> Result<Self, TreeError> {
+        let square = Square::around(shape.bounds()).ok_or(TreeError::NoArea)?;
         let layer = Layer { shape, radiance: DVec3::ONE, opacity: 1.0, picture: None };
         Ok(Self {
             light: 0,
@@ -85,9 +98,9 @@ impl Emitter {
             opacity: 1.0,
             two_sided: false,
             form: Form::Outline,
-            square: Square::around(layer.shape.bounds()).ok_or(TreeError::NoArea)?,
+            square,
             picture: None,
-            geometry: Geometry::new(&layer, technique)?,
+            geometry: Geometry::new(&layer, 2.0 * square.half, technique)?,
             shape: layer.shape,
         })
     }

@@ -93,6 +93,15 @@ pub enum Clip {
 }
 
 impl Clip {
+    /// The planes that cut the light.
+    pub const fn horizons(&self) -> &[Horizon] {
+        match self {
+            Self::None => &[],
+            Self::One(one) => one,
+            Self::Two(two) => two,
+        }
+    }
+
     /// What clips a light whose box has that centre relative to the foot and those half-extents; `None` where it is
     /// wholly below a horizon. Nothing is computed for a plane that doesn't cut the box.
     pub fn new(map: &CosineMap, truth: Option<&TrueHorizon>, center: Vec2, half: Vec2) -> Option<Self> {

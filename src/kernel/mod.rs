@@ -9,6 +9,7 @@ pub mod edge;
 pub mod frame;
 pub mod horizon;
 pub mod map;
+pub mod mosaic;
 pub mod reflect;
 pub mod surface;
 pub mod tree;

@@ -169,6 +169,11 @@ impl Emitters {
                     [packed.first, packed.end] = all.regions.extend(&tree.nodes);
                     [packed.first_detail, _] = all.details.extend(&tree.handles);
                 }
+                Geometry::Mosaic(mosaic) => {
+                    [packed.first, packed.end] = all.regions.extend(&mosaic.nodes);
+                    [packed.first_detail, _] = all.details.extend(&mosaic.handles);
+                    [packed.picture, _] = all.pictures.extend(&mosaic.tiles);
+                }
             }
             all.emitters.push(packed);
         }
@@ -262,6 +267,8 @@ pub struct Features {
     pub textures: bool,
     /// Specular lobes are clipped at the true horizon.
     pub true_horizon: bool,
+    /// Some emission has a picture.
+    pub pictures: bool,
     /// Name of the technique.
     pub technique: &'static str,
 }
@@ -282,6 +289,7 @@ impl Features {
                 [m.base_color_texture, m.metallic_roughness_texture, m.normal_texture].iter().any(|&t| t != none)
             }),
             true_horizon: prepared.horizons == Horizons::Both,
+            pictures: prepared.emitters.iter().any(|e| e.picture.is_some()),
             technique: prepared.technique.name(),
         }
     }

@@ -100,7 +100,7 @@ impl Layouts {
     /// The light meter's pipeline.
     pub fn meter_pipeline(&self, device: &Device, features: Features) -> ComputePipeline {
         let layout = pipeline_layout(device, &[&self.scene, &self.meter]);
-        let constants = [("TRUE_HORIZON", flag(features.true_horizon))];
+        let constants = [("TRUE_HORIZON", flag(features.true_horizon)), ("PICTURES", flag(features.pictures))];
         compute(device, &source::meter(features.technique), &layout, "read_meter", &constants)
     }
 
@@ -112,6 +112,7 @@ impl Layouts {
             ("SPECULAR", flag(features.specular)),
             ("TEXTURES", flag(features.textures)),
             ("TRUE_HORIZON", flag(features.true_horizon)),
+            ("PICTURES", flag(features.pictures)),
         ];
         Pipelines {
             gbuffer: self.gbuffer_pipeline(device),

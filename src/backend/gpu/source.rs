@@ -1,6 +1,6 @@
 //! The shaders, put together from `shaders/*.wgsl`: plain concatenation, with the constants that Rust owns in front.
 
-use super::layout::BOX_COUNT_BITS;
+use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
 use crate::brdf::ltc::{ALPHA_MIN, Table};
 use crate::kernel::horizon::MARGIN;
 use crate::kernel::map::FOOT_LIMIT;
@@ -31,7 +31,7 @@ const LIGHTS: &[&str] = files!("types" "ltc" "frame" "map" "edge" "horizon" "sha
 fn technique(name: &str) -> &'static [&'static str] {
     // The other techniques bring their own files.
     let _ = name;
-    files!("tree" "gather_tree")
+    files!("tree" "mosaic" "gather_tree")
 }
 
 fn concatenate(name: &'static str, files: &[&[&str]]) -> Source {
@@ -72,6 +72,7 @@ fn constants() -> String {
         ("CUBIC", CUBIC),
         ("DEEPEST", DEEPEST),
         ("NO_TEXTURE", NO_TEXTURE),
+        ("NO_PICTURE", NO_PICTURE),
         ("BOX_COUNT_BITS", BOX_COUNT_BITS),
         ("SKIP_ROWS", SKIP_ROWS),
         ("LTC_ALPHAS", alphas as u32),
