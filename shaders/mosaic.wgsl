@@ -4,7 +4,7 @@
 struct Tile {
     center: vec2f,
     half: vec2f,
-    step: vec3f,
+    mean: vec3f,
     skip: u32,
     m1_x: vec3f,
     first_node: u32,
@@ -58,17 +58,6 @@ fn mosaic_integral(
             i = after;
             continue;
         }
-        let step = tiles[i].step;
-        let largest = max(abs(step.x), max(abs(step.y), abs(step.z)));
-        if largest > 0.0 {
-            var tile = emitter;
-            tile.first = emitter.first + tiles[i].first_node;
-            tile.end = emitter.first + tiles[i].end_node;
-            tile.first_detail = emitter.first_detail + tiles[i].first_handles;
-            let inner = tree_integral(map, clip, tile, tolerance / largest, budget);
-            sum.value += step * inner.value;
-            sum.visited += inner.visited;
-        }
         if tiles[i].deviation > 0.0 {
             let e = expansion_about(map, center, half);
             let deviation = select(tiles[i].deviation, tiles[i].deviation_3, place == PLACE_ABOVE);
@@ -79,6 +68,17 @@ fn mosaic_integral(
             if place == PLACE_ABOVE {
                 sum.value += difference_integral(map, e, i);
             }
+        }
+        let mean = tiles[i].mean;
+        let brightest = max(mean.x, max(mean.y, mean.z));
+        if brightest > 0.0 {
+            var tile = emitter;
+            tile.first = emitter.first + tiles[i].first_node;
+            tile.end = emitter.first + tiles[i].end_node;
+            tile.first_detail = emitter.first_detail + tiles[i].first_handles;
+            let inner = tree_integral(map, clip, tile, tolerance / brightest, budget);
+            sum.value += mean * inner.value;
+            sum.visited += inner.visited;
         }
         i = after;
     }

@@ -3,8 +3,7 @@
 //! A tile is a part of the region, cut by lines along x and y. Its integral is that of its mean colour, by its
 //! chord–moment tree, plus that of what the colour differs from the mean. The latter is the second-order Taylor expansion
 //! of the kernel k with the moments of the difference (whose mean is nothing), as in [`super::tree`]; where its error bound
-//! is above the tolerance it is the sum over the tile's two halves instead, each with the step from the mean of the tile to
-//! its own, and so on down to tiles of one colour. The smaller the step, the coarser its tree may be taken.
+//! is above the tolerance the walk goes on with the two halves of the tile, down to tiles of one colour.
 
 use super::horizon::Clip;
 use super::map::CosineMap;
@@ -20,8 +19,8 @@ pub struct Tile {
     pub center: Vec2,
     /// Half-extents of the box.
     pub half: Vec2,
-    /// Mean colour over the region, less that of the tile it is a half of.
-    pub step: Vec3,
+    /// Mean colour over the region.
+    pub mean: Vec3,
     /// Where the walk goes on past the tile and its parts.
     pub skip: u32,
     /// ∫x·(colour − mean) dA.
@@ -89,12 +88,6 @@ pub fn mosaic_integral(
             i = tile.skip as usize;
             continue;
         }
-        let largest = tile.step.abs().max_element();
-        if largest > 0.0 {
-            let inner = tree_integral(map, clip, mosaic.tree(tile), tolerance / largest, budget);
-            sum.value += tile.step * inner.value;
-            sum.visited += inner.visited;
-        }
         if tile.deviation > 0.0 {
             let expansion = Expansion::new(map, center, tile.half);
             let bound = if place == Place::Above {
@@ -111,6 +104,12 @@ pub fn mosaic_integral(
                 sum.value += tile.m1_x * d.gradient[0] + tile.m1_y * d.gradient[1];
                 sum.value += tile.m2_xx * d.curvature[0] + tile.m2_xy * d.curvature[1] + tile.m2_yy * d.curvature[2];
             }
+        }
+        let brightest = tile.mean.max_element();
+        if brightest > 0.0 {
+            let inner = tree_integral(map, clip, mosaic.tree(tile), tolerance / brightest, budget);
+            sum.value += tile.mean * inner.value;
+            sum.visited += inner.visited;
         }
         i = tile.skip as usize;
     }

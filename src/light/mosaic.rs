@@ -6,7 +6,7 @@ use super::tree::{Tree, TreeError};
 use crate::kernel::mosaic::{Tile, Tiles};
 use crate::kernel::tree::{Handles, LowEnds, Node};
 use crate::shape::{CubicBez, Shape};
-use glam::{DVec2, DVec3, UVec2, Vec2, Vec3};
+use glam::{DVec2, DVec3, UVec2, Vec2};
 
 /// Cells along the longer side of a light.
 pub const CELLS: f64 = 128.0;
@@ -39,7 +39,6 @@ impl Mosaic {
         let grid = Grid::new(shape, picture, cell);
         let mut mosaic = Self::default();
         mosaic.emit(square, &grid, shape, [UVec2::ZERO, grid.size], &mut Vec::new())?.ok_or(TreeError::NoArea)?;
-        mosaic.take_steps(0, mosaic.tiles.len(), Vec3::ZERO);
         Ok(mosaic)
     }
 
@@ -100,7 +99,7 @@ impl Mosaic {
         };
         let about = colored.about(tile.center.as_dvec2());
         let tile = &mut self.tiles[at];
-        tile.step = about.mean.as_vec3();
+        tile.mean = about.mean.as_vec3();
         tile.m1_x = about.m1[0].as_vec3();
         tile.m1_y = about.m1[1].as_vec3();
         tile.m2_xx = about.m2[0].as_vec3();
@@ -120,18 +119,6 @@ impl Mosaic {
         }));
         self.tiles[at].skip = self.tiles.len() as u32;
         Ok(Some(about))
-    }
-
-    /// Turns the means of the tiles from `first` to `end`, halves of one of that mean and their parts, into steps.
-    fn take_steps(&mut self, first: usize, end: usize, mean: Vec3) {
-        let mut at = first;
-        while at < end {
-            let own = self.tiles[at].step;
-            let next = self.tiles[at].skip as usize;
-            self.tiles[at].step = own - mean;
-            self.take_steps(at + 1, next, own);
-            at = next;
-        }
     }
 }
 

@@ -80,7 +80,7 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
             form radius length picture),
         layout!(Node: center half a b m0 m1 m2 area link),
         layout!(Handles: p1 p2 low1 low2),
-        layout!(Tile: center half step skip m1_x first_node m1_y end_node m2_xx first_handles m2_xy deviation m2_yy deviation_3),
+        layout!(Tile: center half mean skip m1_x first_node m1_y end_node m2_xx first_handles m2_xy deviation m2_yy deviation_3),
         layout!(Box: low skip high triangles),
         layout!(Pixel: diffuse samples specular nodes),
         layout!(MeterPoint: position emitter normal alpha view tolerance),
