@@ -5,6 +5,7 @@ use crate::kernel::curve::Curve;
 use crate::kernel::quad::Quad;
 use crate::light::curves::curves;
 use crate::light::mask::{extent, light_picture, shape_picture};
+use crate::light::mosaic::{CELLS, Mosaic};
 use crate::light::picture::Picture;
 use crate::light::prefilter::Prefiltered;
 use crate::light::tree::{Tree, TreeError};
@@ -64,11 +65,21 @@ pub enum Geometry {
     },
     /// The bounding rectangle.
     Quad(Quad),
+    /// Chord–moment trees of tiles of one colour each.
+    Mosaic(Mosaic),
 }
 
 impl Geometry {
-    fn new(layer: &Layer, square: Square, technique: &Technique) -> Result<Self, TreeError> {
+    /// The region of `layer` as `technique` reads it; `extent` is the longer side of the whole light.
+    ///
+    /// # Errors
+    /// [`TreeError`] where it is none.
+    pub fn new(layer: &Layer, extent: f64, technique: &Technique) -> Result<Self, TreeError> {
+        let square = Square::around(layer.shape.bounds()).ok_or(TreeError::NoArea)?;
         Ok(match *technique {
+            Technique::Tree if let Some(picture) = &layer.picture => {
+                Self::Mosaic(Mosaic::new(&layer.shape, picture, extent / CELLS)?)
+            }
             Technique::Exact | Technique::Reference(_) => Self::Shape,
             Technique::Kuge { eps } => Self::Kuge { curves: curves(&layer.shape, square), eps },
             Technique::Uniform { segments } => Self::Uniform { curves: curves(&layer.shape, square), segments },
@@ -81,11 +92,14 @@ impl Emitter {
     fn new(scene: &Scene, index: usize, layer: &Layer, technique: &Technique) -> Result<Self, BackendError> {
         let light: &AreaLight = &scene.lights[index];
         let named = |source| BackendError::Light { light: light.name.clone(), source };
+        let bounds = light.layers.iter().map(|l| l.shape.bounds()).fold(Bounds::EMPTY, Bounds::union);
         let mut placement = light.placement;
         placement.origin -= scene.camera.position;
         let square = Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?;
-        let sampled = matches!(technique, Technique::Exact | Technique::Reference(_));
-        let colors = layer.picture.as_ref().filter(|_| !sampled).and_then(|p| colors(&layer.shape, p, &square));
+        let geometry = Geometry::new(layer, bounds.size().max_element(), technique).map_err(named)?;
+        // Sampling and mosaics read the picture itself.
+        let prefilters = !matches!(geometry, Geometry::Shape | Geometry::Mosaic(_));
+        let colors = layer.picture.as_ref().filter(|_| prefilters).and_then(|p| colors(&layer.shape, p, &square));
         let peak = colors.as_ref().map_or(Vec3::ONE, |c| c.peak);
         Ok(Self {
             light: index,
@@ -98,7 +112,7 @@ impl Emitter {
             square,
             picture: layer.picture.clone(),
             colors,
-            geometry: Geometry::new(layer, square, technique).map_err(named)?,
+            geometry,
         })
     }
 
@@ -144,7 +158,7 @@ impl Emitter {
             square,
             picture: None,
             colors: None,
-            geometry: Geometry::new(&layer, square, technique)?,
+            geometry: Geometry::new(&layer, 2.0 * square.half, technique)?,
             shape: layer.shape,
         })
     }

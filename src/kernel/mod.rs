@@ -10,6 +10,7 @@ pub mod edge;
 pub mod frame;
 pub mod horizon;
 pub mod map;
+pub mod mosaic;
 pub mod picture;
 pub mod polygon;
 pub mod quad;

@@ -2,6 +2,7 @@
 
 pub mod curves;
 pub mod mask;
+pub mod mosaic;
 pub mod picture;
 pub mod prefilter;
 pub mod tree;

@@ -11,6 +11,7 @@ mod fonts;
 mod kernel;
 mod mask;
 mod mesh;
+mod mosaic;
 mod painter;
 mod polygon;
 mod prefilter;

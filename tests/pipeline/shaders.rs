@@ -7,6 +7,7 @@ use glyphlight::backend::gpu::layout::{Box, Emitter, Frame, MeterPoint, Pixel, R
 use glyphlight::backend::gpu::source::{Source, gbuffer, light, meter};
 use glyphlight::backend::technique::NAMES;
 use glyphlight::kernel::curve::Curve;
+use glyphlight::kernel::mosaic::Tile;
 use glyphlight::kernel::picture::Level;
 use glyphlight::kernel::quad::Quad;
 use glyphlight::kernel::surface::{Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle};
@@ -85,6 +86,7 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
         layout!(Curve: p0 p1 p2 p3),
         layout!(Quad: half low),
         layout!(Level: low per_unit offset size variance coarser),
+        layout!(Tile: center half mean skip m1_x first_node m1_y end_node m2_xx first_handles m2_xy deviation m2_yy deviation_3),
         layout!(Box: low skip high triangles),
         layout!(Pixel: diffuse samples specular nodes),
         layout!(MeterPoint: position emitter normal alpha view tolerance),

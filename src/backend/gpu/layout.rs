@@ -175,6 +175,11 @@ impl Emitters {
                     [packed.first_detail, _] = all.details.extend(&tree.handles);
                 }
                 Geometry::Quad(quad) => [packed.first, packed.end] = all.regions.extend(&[*quad]),
+                Geometry::Mosaic(mosaic) => {
+                    [packed.first, packed.end] = all.regions.extend(&mosaic.nodes);
+                    [packed.first_detail, _] = all.details.extend(&mosaic.handles);
+                    [packed.picture, _] = all.pictures.extend(&mosaic.tiles);
+                }
             }
             if let Some(colors) = &emitter.colors {
                 packed.picture = all.picture(colors);
@@ -301,7 +306,7 @@ impl Features {
             textures: materials.iter().any(|m| {
                 [m.base_color_texture, m.metallic_roughness_texture, m.normal_texture].iter().any(|&t| t != none)
             }),
-            pictures: prepared.emitters.iter().any(|e| e.colors.is_some()),
+            pictures: prepared.emitters.iter().any(|e| e.picture.is_some()),
             true_horizon: prepared.horizons == Horizons::Both,
             technique: prepared.technique.name(),
         }

@@ -28,16 +28,16 @@ macro_rules! files {
 }
 
 /// What every technique needs to find its integrals.
-const LIGHTS: &[&str] = files!("types" "ltc" "frame" "map" "edge" "horizon" "picture" "shade");
+const LIGHTS: &[&str] = files!("types" "ltc" "frame" "map" "edge" "horizon" "shade");
 
 /// What evaluates the integrals of a technique: the function `gather`.
 fn technique(name: &str) -> &'static [&'static str] {
     match name {
-        "kuge" => files!("curve" "roots" "subdivide" "gather_kuge"),
-        "uniform" => files!("curve" "polygon" "gather_uniform"),
-        "quad" => files!("quad" "gather_quad"),
-        // The other techniques bring their own files.
-        _ => files!("tree" "gather_tree"),
+        "kuge" => files!("curve" "roots" "subdivide" "picture" "gather_kuge"),
+        "uniform" => files!("curve" "polygon" "picture" "gather_uniform"),
+        "quad" => files!("quad" "picture" "gather_quad"),
+        "textured" => files!("tree" "picture" "gather_textured"),
+        _ => files!("tree" "mosaic" "gather_tree"),
     }
 }
 
