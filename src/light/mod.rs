@@ -1,6 +1,7 @@
 //! [`AreaLight`]: shapes with emission, placed in the world.
 
 pub mod picture;
+pub mod simple;
 pub mod tree;
 
 use crate::shape::Shape;
