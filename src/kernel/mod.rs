@@ -5,6 +5,7 @@
 //! (x, y) of a light's plane goes there by the affine map p = c0·x + c1·y + c2 (Heitz et al. 2016, §3). All
 //! integrals are normalised: a full hemisphere gives 1.
 
+pub mod body;
 pub mod curve;
 pub mod edge;
 pub mod frame;

@@ -5,6 +5,7 @@ pub mod mask;
 pub mod mosaic;
 pub mod picture;
 pub mod prefilter;
+pub mod simple;
 pub mod tree;
 
 use crate::shape::{Bounds, Shape};
