@@ -1,5 +1,7 @@
 //! [`Emitter`]: an emission as the technique at hand reads it.
 
+use super::reference::region::Region;
+use super::technique::Sampling;
 use super::{BackendError, Technique};
 use crate::kernel::curve::Curve;
 use crate::kernel::quad::Quad;
@@ -67,6 +69,13 @@ pub enum Geometry {
     Quad(Quad),
     /// Chord–moment trees of tiles of one colour each.
     Mosaic(Mosaic),
+    /// A grid over the region, to be sampled.
+    Sampled {
+        /// The grid.
+        region: Region,
+        /// How it is sampled.
+        sampling: Sampling,
+    },
 }
 
 impl Geometry {
@@ -80,7 +89,8 @@ impl Geometry {
             Technique::Tree if let Some(picture) = &layer.picture => {
                 Self::Mosaic(Mosaic::new(&layer.shape, picture, extent / CELLS)?)
             }
-            Technique::Exact | Technique::Reference(_) => Self::Shape,
+            Technique::Exact => Self::Shape,
+            Technique::Reference(sampling) => Self::Sampled { region: Region::new(&layer.shape), sampling },
             Technique::Kuge { eps } => Self::Kuge { curves: curves(&layer.shape, square), eps },
             Technique::Uniform { segments } => Self::Uniform { curves: curves(&layer.shape, square), segments },
             _ => Self::Tree(Tree::new(&layer.shape)?),
@@ -98,7 +108,7 @@ impl Emitter {
         let square = Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?;
         let geometry = Geometry::new(layer, bounds.size().max_element(), technique).map_err(named)?;
         // Sampling and mosaics read the picture itself.
-        let prefilters = !matches!(geometry, Geometry::Shape | Geometry::Mosaic(_));
+        let prefilters = !matches!(geometry, Geometry::Shape | Geometry::Sampled { .. } | Geometry::Mosaic(_));
         let colors = layer.picture.as_ref().filter(|_| prefilters).and_then(|p| colors(&layer.shape, p, &square));
         let peak = colors.as_ref().map_or(Vec3::ONE, |c| c.peak);
         Ok(Self {

@@ -3,6 +3,8 @@
 
 use super::emitter::{Emitter, Geometry};
 use super::exact::{ExactMap, exact_integral};
+use super::reference;
+use super::reference::lights::Light;
 use crate::brdf::ltc::Lobe;
 use crate::kernel::curve::EdgeSum;
 use crate::kernel::frame::ShadingFrame;
@@ -102,6 +104,11 @@ impl Images {
             }
             Geometry::Uniform { curves, segments } => {
                 self.by_edges(c, emitter, |map, horizon| uniform_integral(map, horizon, curves, *segments))
+            }
+            Geometry::Sampled { sampling, .. } => {
+                let (value, visited) =
+                    reference::integral(&Light::new(emitter).with_radiance(DVec3::ONE), sampling, self.c, lobe)?;
+                Ok(Gathered { value, visited })
             }
         }
     }
