@@ -6,6 +6,9 @@
 // and on the constants LTC_ALPHAS and LTC_THETAS (u32), its size, and LTC_ALPHA_MIN, its smallest alpha, which come
 // from src/brdf/ltc.rs.
 
+// Whether specular lobes are clipped at the true horizon as well.
+override TRUE_HORIZON: bool = true;
+
 // One linearly transformed cosine. Shading frame: z = normal, x = tangential part of the view direction.
 struct Lobe {
     // M^-1 up to a positive factor: the entries of rows x and z in columns x and z, and the y entry.
@@ -22,6 +25,9 @@ struct Lobe {
     fresnel: f32,
     // 1 - the lobe's mass below the true horizon.
     above: f32,
+    // GGX width and view cosine it was looked up at.
+    alpha: f32,
+    cos_theta: f32,
 }
 
 // M^-1 * w: shading frame to cosine space.
@@ -43,9 +49,9 @@ fn lobe_determinant(lobe: Lobe) -> f32 {
     return lobe.yy * (lobe.xx * lobe.zz - lobe.xz * lobe.zx);
 }
 
-// The cosine itself, as a lobe: M = 1.
+// The cosine itself, as a lobe: M = 1. Its alpha is 0, which no lobe of the table has.
 fn plain_cosine() -> Lobe {
-    return Lobe(1.0, 0.0, 1.0, 0.0, 1.0, 1.0, vec3f(0.0, 0.0, 1.0), 0.0, 1.0);
+    return Lobe(1.0, 0.0, 1.0, 0.0, 1.0, 1.0, vec3f(0.0, 0.0, 1.0), 0.0, 1.0, 0.0, 1.0);
 }
 
 // One half (0 or 1) of the entries of a column, between two rows.
@@ -85,10 +91,16 @@ fn ltc_lobe(alpha_any: f32, cos_theta: f32) -> Lobe {
     lobe.yy = area / (m.z * m.z);
     lobe.zx = -alpha * m.y;
     lobe.zz = alpha * m.x;
-    lobe.row_z = vec3f(alpha * m.y, 0.0, tz);
     // A half-space whose normal makes the angle g with z holds (1 + cos g)/2 of the clamped cosine.
-    lobe.above = 0.5 + 0.5 * tz / sqrt(lobe.row_z.x * lobe.row_z.x + tz * tz);
+    lobe.row_z = vec3f(0.0, 0.0, 1.0);
+    lobe.above = 1.0;
+    if TRUE_HORIZON {
+        lobe.row_z = vec3f(alpha * m.y, 0.0, tz);
+        lobe.above = 0.5 + 0.5 * tz / sqrt(lobe.row_z.x * lobe.row_z.x + tz * tz);
+    }
     lobe.magnitude = a.y;
     lobe.fresnel = a.z;
+    lobe.alpha = alpha;
+    lobe.cos_theta = c;
     return lobe;
 }

@@ -49,13 +49,6 @@ fn remainder_bound(e: Expansion, area: f32, place: u32, piece: bool) -> f32 {
     return abs(e.scale) * area * select(clamp(e.dir.z + s, 0.0, 1.0), above, place == PLACE_ABOVE) / (gap2 * gap2);
 }
 
-// What the tolerance still allows at one shading point: the sum of the accepted bounds, and the largest bound that the next
-// node may have, both in tolerances.
-struct Budget {
-    spent: f32,
-    share: f32,
-}
-
 // Whether a node with this error bound need not be refined; if so, its bound is spent.
 fn budget_accept(budget: ptr<function, Budget>, bound: f32, tolerance: f32) -> bool {
     if bound <= tolerance * (*budget).share {
@@ -208,13 +201,13 @@ fn tree_integral(
     var contour = 0.0;
     var region = 0.0;
     var visited = 0u;
-    var i = emitter.first_node;
+    var i = emitter.first;
     // Inside a leaf: piece `index` of 2^level, from `a`.
     var leaf: Cubic;
     var level = 0u;
     var index = 0u;
     var a: vec2f;
-    while i < emitter.end_node {
+    while i < emitter.end {
         visited += 1u;
         let piece = level > 0u;
         var link = CUBIC;
@@ -261,7 +254,7 @@ fn tree_integral(
                 level += 1u;
                 index *= 2u;
             } else if kind == CUBIC {
-                let ends = handles[emitter.first_handles + (link & LINK_MASK)];
+                let ends = handles[emitter.first_detail + (link & LINK_MASK)];
                 let p1 = ends.p1 - map.foot;
                 let p2 = ends.p2 - map.foot;
                 leaf = Cubic(a, b, p1 - a, p2 - p1, b - p2);
@@ -293,7 +286,7 @@ fn tree_integral(
             level -= up;
             i += u32(level == 0u);
         } else {
-            i = select(i + 1u, emitter.first_node + (link & LINK_MASK), kind <= RUN);
+            i = select(i + 1u, emitter.first + (link & LINK_MASK), kind <= RUN);
         }
     }
     return Integral(contour / TAU + region, visited);

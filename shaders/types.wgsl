@@ -21,7 +21,10 @@ struct Frame {
     emitters: u32,
     boxes: u32,
     lights: u32,
-    pad: vec2u,
+    // kuge: least contribution of a triangle that is subdivided; 0 for the paper's own.
+    eps: f32,
+    // uniform: edges per curve. pal: the basis.
+    choice: u32,
 }
 
 struct SurfaceTriangle {
@@ -57,15 +60,19 @@ struct SurfaceTexture {
 
 struct Emitter {
     x: vec3f,
-    first_node: u32,
+    first: u32,
     y: vec3f,
-    end_node: u32,
+    end: u32,
     center: vec3f,
-    first_handles: u32,
+    first_detail: u32,
     normal: vec3f,
     light: u32,
     radiance: vec3f,
     two_sided: u32,
+    form: u32,
+    radius: f32,
+    length: f32,
+    picture: u32,
 }
 
 struct Node {
@@ -111,9 +118,9 @@ struct MeterPoint {
 }
 
 struct Reading {
-    diffuse: f32,
-    specular: f32,
+    diffuse: vec3f,
     diffuse_nodes: u32,
+    specular: vec3f,
     specular_nodes: u32,
 }
 
@@ -123,10 +130,9 @@ struct Reading {
 @group(0) @binding(3) var<storage, read> textures: array<SurfaceTexture>;
 @group(0) @binding(4) var<storage, read> texels: array<u32>;
 @group(0) @binding(5) var<storage, read> emitters: array<Emitter>;
-@group(0) @binding(6) var<storage, read> nodes: array<Node>;
-@group(0) @binding(7) var<storage, read> handles: array<Handles>;
 @group(0) @binding(8) var<storage, read> ltc_table: array<vec4f>;
 @group(0) @binding(9) var<storage, read> boxes: array<Box>;
+// 6 and 7 are the lights' regions as the technique reads them, 10 and 11 their pictures: gather_*.wgsl.
 
 // Shading: the triangle seen at the sample, plus one (0 = none), with a border of one pixel; what it adds to.
 @group(1) @binding(0) var visibility: texture_2d<u32>;

@@ -2,7 +2,7 @@
 
 use super::gather::{Images, Skip};
 use super::prepared::Prepared;
-use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique};
+use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch};
 use crate::brdf::ltc::Table;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::surface::{Hit, SEAM, SurfacePoint, SurfaceTriangle, intersect, surface_point};
@@ -133,6 +133,7 @@ impl Backend for CpuBackend {
         let stats = Stats {
             backend: "cpu".into(),
             device: format!("{} threads", rayon::current_num_threads()),
+            technique: settings.technique.to_string(),
             stages: watch.laps,
             shaded: counters.shaded,
             integrals: counters.integrals,
@@ -154,7 +155,7 @@ fn shade(
     counters.shaded += 1;
     let position = point.position.as_dvec3();
     let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
-    let reflectance = point.reflectance(table, frame.cos_theta as f32);
+    let reflectance = point.reflectance(prepared.lobe(table, point.alpha, frame.cos_theta as f32));
     let [mut diffuse, mut specular] = [Vec3::ZERO; 2];
     let mut budget = Budget::default();
     for emitter in &prepared.emitters {
@@ -176,15 +177,11 @@ fn shade(
                 stats.no_lobe += 1;
                 continue;
             }
-            let tolerance = match settings.technique {
-                Technique::Tree => settings.tolerance / brightest,
-                _ => 0.0,
-            };
-            match images.integral(emitter, lobe, tolerance, &mut budget, settings.technique) {
+            match images.integral(emitter, lobe, settings.tolerance / brightest, &mut budget) {
                 Ok(integral) => {
                     counters.integrals += 1;
                     counters.nodes += u64::from(integral.visited);
-                    *sum += weight * integral.value as f32;
+                    *sum += weight * integral.value.as_vec3();
                 }
                 Err(Skip::Behind) => stats.behind += 1,
                 Err(Skip::BelowHorizon) => stats.below_horizon += 1,

@@ -1,15 +1,15 @@
 //! The integral of one emission at one shading point, in f64 up to the map: what the CPU backend and the light
 //! meter share.
 
-use super::Technique;
+use super::emitter::{Emitter, Geometry};
 use super::exact::{ExactMap, exact_integral};
-use super::prepared::Emitter;
 use crate::brdf::ltc::Lobe;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::horizon::{Clip, Height, TrueHorizon};
 use crate::kernel::map::CosineMap;
 use crate::kernel::tree::{Budget, tree_integral};
-use glam::DVec3;
+use crate::light::tree::Tree;
+use glam::{DVec2, DVec3};
 
 /// Why an integral is zero without having been evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,9 +23,10 @@ pub enum Skip {
 /// An integral and what it cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gathered {
-    /// Normalised: 1 for a full hemisphere.
-    pub value: f64,
-    /// Tree nodes visited.
+    /// Normalised: 1 for a full hemisphere of the emitter's radiance. One value per channel where the emitter has colours
+    /// of its own.
+    pub value: DVec3,
+    /// Tree nodes, edges or samples it is made of, as the technique has it.
     pub visited: u32,
 }
 
@@ -50,16 +51,21 @@ impl Images {
         Ok(Self { c: [frame.to_local(p.x), frame.to_local(p.y), frame.to_local(to_light)], back: front < 0.0 })
     }
 
-    /// The clamped-cosine integral over the light: of the plain cosine, or of a lobe clipped at both horizons.
+    /// The images given, of an emitter whose front the point sees.
+    pub const fn in_cosine_space(c: [DVec3; 3]) -> Self {
+        Self { c, back: false }
+    }
+
+    /// The clamped-cosine integral over the light: of the plain cosine, or of a lobe clipped at its horizons.
     ///
-    /// `budget` is that of the shading point: pass the same to all integrals that add up there.
+    /// `budget` is that of the shading point: pass the same to all integrals that add up there. Only techniques with an
+    /// error bound heed it and the tolerance.
     pub fn integral(
         &self,
         emitter: &Emitter,
         lobe: Option<&Lobe>,
         tolerance: f32,
         budget: &mut Budget,
-        technique: Technique,
     ) -> Result<Gathered, Skip> {
         let c = match lobe {
             Some(lobe) => {
@@ -68,21 +74,20 @@ impl Images {
             }
             None => self.c,
         };
-        match technique {
-            Technique::Exact => Ok(self.exactly(c, emitter, lobe)),
-            _ => self.by_tree(c, emitter, lobe, tolerance, budget),
+        match &emitter.geometry {
+            Geometry::Tree(tree) => self.by_tree(c, tree, lobe, tolerance, budget),
+            Geometry::Shape => Ok(self.exactly(c, emitter, lobe)),
         }
     }
 
     fn by_tree(
         &self,
         c: [DVec3; 3],
-        emitter: &Emitter,
+        tree: &Tree,
         lobe: Option<&Lobe>,
         tolerance: f32,
         budget: &mut Budget,
     ) -> Result<Gathered, Skip> {
-        let tree = &emitter.tree;
         let map = CosineMap::new(c, tree.center, tree.half).ok_or(Skip::Behind)?;
         let truth = lobe.map(|lobe| {
             let form = map.height_form(self.c.map(|v| v.z), tree.center, tree.half);
@@ -91,18 +96,24 @@ impl Images {
         let root = &tree.nodes[0];
         let clip = Clip::new(&map, truth.as_ref(), root.center - map.foot, root.half).ok_or(Skip::BelowHorizon)?;
         let integral = tree_integral(&map, &clip, tree.view(), tolerance, budget);
-        let value = if self.back { -integral.value } else { integral.value };
-        Ok(Gathered { value: f64::from(value.max(0.0)), visited: integral.visited })
+        Ok(self.lit(integral.value, integral.visited))
+    }
+
+    /// A signed integral from the side the point is on.
+    fn lit(&self, value: f32, visited: u32) -> Gathered {
+        let value = if self.back { -value } else { value };
+        Gathered { value: DVec3::splat(f64::from(value.max(0.0))), visited }
     }
 
     fn exactly(&self, c: [DVec3; 3], emitter: &Emitter, lobe: Option<&Lobe>) -> Gathered {
-        let horizon = lobe.map(|lobe| lobe.m_row_z.as_dvec3());
+        // A horizon that is z = 0 itself must not clip twice.
+        let horizon = lobe.map(|lobe| lobe.m_row_z.as_dvec3()).filter(|axis| axis.truncate() != DVec2::ZERO);
         let value = if self.back {
             let [x, y, origin] = c;
             exact_integral(&ExactMap { c: [-x, y, origin], horizon }, &emitter.from_behind())
         } else {
             exact_integral(&ExactMap { c, horizon }, &emitter.shape)
         };
-        Gathered { value: value.max(0.0), visited: 0 }
+        Gathered { value: DVec3::splat(value.max(0.0)), visited: 0 }
     }
 }

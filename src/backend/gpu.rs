@@ -12,12 +12,11 @@ pub mod source;
 mod tiles;
 
 use super::cpu::Surfaces;
-use super::prepared::{self, Prepared};
-use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique};
+use super::prepared::Prepared;
+use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch};
 use crate::scene::Scene;
 use boxes::Boxes;
 use buffers::{Readback, SceneBuffers, storage, target};
-use bytemuck::Zeroable;
 use device::Device;
 use glam::UVec2;
 use layout::{Emitters, Features, Frame, MeterPoint, Reading};
@@ -75,17 +74,24 @@ impl GpuBackend {
     }
 
     /// The light meter: both integrals of single emissions at `points`, by the shaders that shade pictures.
-    pub fn measure(&self, emitters: &[prepared::Emitter], points: &[MeterPoint]) -> Result<Vec<Reading>, BackendError> {
+    ///
+    /// # Errors
+    /// [`BackendError::CpuOnly`], [`BackendError::TooLarge`] or [`BackendError::Device`].
+    pub fn measure(&self, prepared: &Prepared, points: &[MeterPoint]) -> Result<Vec<Reading>, BackendError> {
+        if prepared.technique.is_cpu_only() {
+            return Err(BackendError::CpuOnly(prepared.technique.name()));
+        }
         if points.is_empty() {
             return Ok(Vec::new());
         }
         let device = &self.device;
-        let buffers = SceneBuffers::new(device, None, &Boxes::new(&[]), &Emitters::new(emitters))?;
+        let buffers = SceneBuffers::new(device, None, &Boxes::new(&[]), &Emitters::new(&prepared.emitters))?;
+        device.queue.write_buffer(&buffers.frame, 0, bytemuck::bytes_of(&Frame::of(&prepared.technique)));
         let scene = self.layouts.bind_scene(device, &buffers);
         let bytes = points.len() as u64 * size_of::<Reading>() as u64;
         let readings = target(device, "readings", bytes)?;
         let meter = self.layouts.bind_meter(device, &storage(device, "points", points)?, &readings);
-        let pipeline = self.layouts.meter_pipeline(device);
+        let pipeline = self.layouts.meter_pipeline(device, Features::of(prepared));
         device.check()?;
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
@@ -101,8 +107,8 @@ impl GpuBackend {
 
 impl Backend for GpuBackend {
     fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError> {
-        if settings.technique == Technique::Exact {
-            return Err(BackendError::CpuOnly);
+        if settings.technique.is_cpu_only() {
+            return Err(BackendError::CpuOnly(settings.technique.name()));
         }
         let mut watch = Stopwatch::default();
         let prepared = Prepared::new(scene, settings)?;
@@ -122,7 +128,7 @@ impl Backend for GpuBackend {
             emitters: prepared.emitters.len() as u32,
             boxes: boxes.boxes.len() as u32,
             lights: scene.lights.len() as u32,
-            ..Frame::zeroed()
+            ..Frame::of(&settings.technique)
         };
         let counters = u64::from(SKIP_ROWS) * scene.lights.len().max(1) as u64 * SKIP_REASONS as u64;
         let triangles = prepared.triangles.len() as u32;
@@ -155,6 +161,7 @@ impl Backend for GpuBackend {
         let stats = Stats {
             backend: "gpu".into(),
             device: self.device.name.clone(),
+            technique: settings.technique.to_string(),
             stages: watch.laps,
             shaded,
             integrals: candidates - skipped,

@@ -1,6 +1,7 @@
 //! Backends: the same request ([`Settings`]) and the same answer ([`Rendering`]) on CPU and GPU.
 
 pub mod cpu;
+pub mod emitter;
 pub mod exact;
 pub mod gather;
 #[cfg(feature = "gpu")]
@@ -16,7 +17,7 @@ use cpu::Surfaces;
 use glam::Vec3;
 use prepared::Prepared;
 use std::time::Instant;
-pub use technique::Technique;
+pub use technique::{Horizons, Technique};
 
 /// What to render and how well.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +32,8 @@ pub struct Settings {
     pub tolerance: f32,
     /// How integrals are evaluated.
     pub technique: Technique,
+    /// Where specular lobes are clipped, by techniques that know the true horizon.
+    pub horizons: Horizons,
 }
 
 /// A finished picture and what it cost.
@@ -49,13 +52,15 @@ pub struct Stats {
     pub backend: String,
     /// The adapter and its driver, or the processor's thread count.
     pub device: String,
+    /// The technique with its parameters.
+    pub technique: String,
     /// Stages in order: name and seconds.
     pub stages: Vec<(String, f64)>,
     /// Shaded samples: those that met a surface.
     pub shaded: u64,
     /// Integrals evaluated (one per shaded sample, emission and lobe that was not skipped).
     pub integrals: u64,
-    /// Tree nodes visited by those integrals.
+    /// What those integrals were made of: tree nodes, edges or samples, as [`Technique::parts`] says.
     pub nodes: u64,
     /// Per light: its name and how many integrals were skipped, by reason.
     pub lights: Vec<LightStats>,
@@ -135,8 +140,8 @@ pub enum BackendError {
     #[error("GPU: {0}")]
     Device(String),
     /// The technique does not run on this backend.
-    #[error("technique `exact` runs on the CPU only")]
-    CpuOnly,
+    #[error("technique `{0}` runs on the CPU only")]
+    CpuOnly(&'static str),
 }
 
 /// Something that can render a scene.
@@ -146,6 +151,11 @@ pub trait Backend {
 }
 
 impl Settings {
+    /// Where specular lobes are clipped: as asked, if the technique can.
+    pub const fn horizons(&self) -> Horizons {
+        if self.technique.knows_true_horizon() { self.horizons } else { Horizons::Cosine }
+    }
+
     /// Whether a picture can have these settings.
     ///
     /// # Errors

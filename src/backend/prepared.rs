@@ -1,32 +1,12 @@
 //! A scene made ready for shading: flat arrays, relative to the camera, that both backends read.
 
-use super::{BackendError, Settings};
+use super::emitter::{Emitter, emitters};
+use super::{BackendError, Horizons, Settings, Technique};
+use crate::brdf::ltc::{Lobe, Table};
 use crate::color::{srgb_decode, srgb_encode};
 use crate::kernel::surface::{NO_TEXTURE, Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle, Textures};
-use crate::light::Placement;
-use crate::light::tree::Tree;
 use crate::scene::{Material, Scene, Texture, Triangle};
-use crate::shape::Shape;
-use glam::{DAffine2, DVec2, DVec3, Vec3, Vec4};
-
-/// One emission of one light, with its tree.
-#[derive(Clone, Debug)]
-pub struct Emitter {
-    /// Index of the light in the scene.
-    pub light: usize,
-    /// Light space to the world relative to the camera; right-handed with the lit side.
-    pub placement: Placement,
-    /// Radiance, linear Rec.709.
-    pub radiance: Vec3,
-    /// Opacity towards the camera.
-    pub opacity: f32,
-    /// Whether the back emits.
-    pub two_sided: bool,
-    /// The region.
-    pub shape: Shape,
-    /// Its tree.
-    pub tree: Tree,
-}
+use glam::{DVec3, Vec3, Vec4};
 
 /// The scene as the backends read it. Positions are relative to `eye`.
 #[derive(Clone, Debug)]
@@ -45,6 +25,10 @@ pub struct Prepared {
     pub texels: Vec<u32>,
     /// Emissions in the order of lights and layers.
     pub emitters: Vec<Emitter>,
+    /// What the emitters are made for.
+    pub technique: Technique,
+    /// Where specular lobes are clipped.
+    pub horizons: Horizons,
     /// Sample positions in the pixel, both coordinates 0..1, x right, y down.
     pub offsets: Vec<[f32; 2]>,
 }
@@ -53,7 +37,7 @@ pub struct Prepared {
 const FARTHEST: f64 = 1e16;
 
 impl Prepared {
-    /// Prepares `scene` for a picture. Builds one tree per emission.
+    /// Prepares `scene` for a picture, the lights for its technique.
     pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, BackendError> {
         settings.check()?;
         let Settings { width, height, samples, .. } = *settings;
@@ -80,44 +64,23 @@ impl Prepared {
             materials: scene.materials.iter().map(pack_material).collect(),
             textures,
             texels,
-            emitters: emitters(scene)?,
+            emitters: emitters(scene, &settings.technique)?,
+            technique: settings.technique,
+            horizons: settings.horizons(),
             offsets: offsets(samples),
         })
+    }
+
+    /// The lobe of a surface of GGX width `alpha`, viewed at `cos_theta`.
+    #[inline]
+    pub fn lobe(&self, table: &Table, alpha: f32, cos_theta: f32) -> Lobe {
+        let lobe = table.lobe(alpha, cos_theta);
+        if self.horizons == Horizons::Cosine { lobe.with_one_horizon() } else { lobe }
     }
 
     /// The textures as the kernel reads them.
     pub fn textures(&self) -> Textures<'_> {
         Textures { textures: &self.textures, texels: &self.texels }
-    }
-}
-
-/// One emitter for each layer of each light, relative to the camera.
-fn emitters(scene: &Scene) -> Result<Vec<Emitter>, BackendError> {
-    let mut emitters = Vec::new();
-    for (index, light) in scene.lights.iter().enumerate() {
-        for layer in &light.layers {
-            let tree =
-                Tree::new(&layer.shape).map_err(|source| BackendError::Light { light: light.name.clone(), source })?;
-            let mut placement = light.placement;
-            placement.origin -= scene.camera.position;
-            emitters.push(Emitter {
-                light: index,
-                placement,
-                radiance: layer.radiance.as_vec3(),
-                opacity: layer.opacity as f32,
-                two_sided: light.two_sided,
-                shape: layer.shape.clone(),
-                tree,
-            });
-        }
-    }
-    Ok(emitters)
-}
-
-impl Emitter {
-    /// The shape as a reader behind the light sees it: mirrored in x.
-    pub fn from_behind(&self) -> Shape {
-        self.shape.transformed(DAffine2::from_scale(DVec2::new(-1.0, 1.0)))
     }
 }
 

@@ -3,7 +3,8 @@
 
 use super::Settings;
 use super::cpu::Surfaces;
-use super::prepared::{Emitter, Prepared};
+use super::emitter::Emitter;
+use super::prepared::Prepared;
 use crate::shape::CubicBez;
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -49,7 +50,7 @@ impl Outline<'_> {
     /// Whether no surface stands before the light along a ray that meets its plane at `t`. A light that touches a
     /// surface is not hidden by it.
     fn is_seen(&self, surfaces: &Surfaces<'_>, direction: Vec3, t: f64) -> bool {
-        let touch = (1e-5 * t).min(1e-3 * self.light.tree.half / f64::from(direction.length()));
+        let touch = (1e-5 * t).min(1e-3 * self.light.square.half / f64::from(direction.length()));
         surfaces.nearest(direction).is_none_or(|(_, hit)| f64::from(hit.t) > t - touch)
     }
 }
@@ -131,7 +132,7 @@ fn projected(prepared: &Prepared, settings: &Settings, emitter: &Emitter) -> Opt
     let rays = &prepared.rays;
     let (forward, right, up) =
         (rays.forward.truncate().as_dvec3(), rays.right.truncate().as_dvec3(), rays.up.truncate().as_dvec3());
-    let near = NEAR * emitter.tree.half;
+    let near = NEAR * emitter.square.half;
     let size = DVec2::new(f64::from(settings.width), f64::from(settings.height));
     let to_pixel = |p: DVec3| {
         let depth = p.dot(forward);

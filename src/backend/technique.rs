@@ -39,6 +39,16 @@ pub enum Technique {
     Reference(Sampling),
 }
 
+/// At which planes a specular lobe is clipped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Horizons {
+    /// At z = 0 of cosine space and at the surface's true horizon, the lobe's mass below the latter made up for.
+    #[default]
+    Both,
+    /// At z = 0 of cosine space only, as published: a light that dips below the surface leaks.
+    Cosine,
+}
+
 /// What `pal` projects a polygon on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Basis {
@@ -95,6 +105,20 @@ impl Technique {
     /// Whether only the CPU backend has it.
     pub const fn is_cpu_only(&self) -> bool {
         matches!(self, Self::Exact | Self::Reference(_))
+    }
+
+    /// Whether it can clip at the true horizon; the published techniques don't.
+    pub const fn knows_true_horizon(&self) -> bool {
+        matches!(self, Self::Tree | Self::Exact | Self::Textured | Self::Reference(_))
+    }
+
+    /// What its integrals are made of, for the reader of [`super::Stats::nodes`].
+    pub const fn parts(&self) -> &'static str {
+        match self {
+            Self::Tree | Self::Textured => "nodes",
+            Self::Kuge { .. } | Self::Uniform { .. } | Self::Quad { .. } | Self::Pal { .. } => "edges",
+            Self::Exact | Self::Representative | Self::Reference(_) => "samples",
+        }
     }
 
     /// Its name without parameters.

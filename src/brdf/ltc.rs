@@ -82,6 +82,18 @@ pub struct Lobe {
     pub fresnel: f32,
     /// 1 − the lobe's mass below the true horizon, (½, 1].
     pub above: f32,
+    /// GGX width it was looked up at.
+    pub alpha: f32,
+    /// cos θ of the view it was looked up at.
+    pub cos_theta: f32,
+}
+
+impl Lobe {
+    /// The lobe as the published techniques use it: clipped at z = 0 of cosine space only.
+    #[must_use]
+    pub const fn with_one_horizon(self) -> Self {
+        Self { m_row_z: Vec3::Z, above: 1.0, ..self }
+    }
 }
 
 /// What is stored at a node, and what [`Table::lobe`] interpolates: see the head of this file.
@@ -330,7 +342,7 @@ impl Table {
         let m_row_z = Vec3::new(alpha * uz, 0.0, tz);
         // A half-space whose normal makes the angle γ with z holds (1 + cos γ)/2 of the clamped cosine.
         let above = 0.5 + 0.5 * tz / (m_row_z.x * m_row_z.x + tz * tz).sqrt();
-        Lobe { m_inv, m_row_z, magnitude, fresnel, above }
+        Lobe { m_inv, m_row_z, magnitude, fresnel, above, alpha, cos_theta: c }
     }
 }
 

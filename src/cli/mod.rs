@@ -9,6 +9,7 @@ mod inspect;
 mod lights;
 mod probe;
 mod render;
+mod technique;
 mod values;
 
 use crate::error::Error;

@@ -1,18 +1,16 @@
 //! `glyphlight probe`: values as JSON lines.
 
-use super::values::{TechniqueArg, positive};
+use super::technique::TechniqueArgs;
+use super::values::positive;
 use super::{json, read, say};
 use crate::backend::Settings;
-use crate::backend::exact::{ExactMap, exact_integral};
+use crate::backend::emitter::Emitter;
 use crate::backend::gather::Images;
 use crate::backend::prepared::Prepared;
 use crate::brdf::ltc::Table;
 use crate::error::Error;
 use crate::kernel::frame::ShadingFrame;
-use crate::kernel::horizon::Clip;
-use crate::kernel::map::CosineMap;
-use crate::kernel::tree::{Budget, tree_integral};
-use crate::light::tree::Tree;
+use crate::kernel::tree::Budget;
 use crate::scene::file;
 use crate::shape::{CubicBez, Shape};
 use clap::Subcommand;
@@ -69,9 +67,8 @@ enum What {
 
 #[derive(Debug, clap::Args)]
 struct How {
-    /// How integrals are evaluated
-    #[arg(long, value_enum, default_value_t = TechniqueArg::Tree)]
-    technique: TechniqueArg,
+    #[command(flatten)]
+    technique: TechniqueArgs,
     /// Error allowed by the tree: of the integral, or of the radiance at a point
     #[arg(long, default_value_t = 1e-5, value_parser = positive)]
     tolerance: f32,
@@ -118,13 +115,13 @@ struct Value {
 }
 
 fn integrals(path: &Path, how: &How) -> Result<(), Error> {
+    let (technique, _) = how.technique.resolve()?;
     lines(path, |case: Case| {
         let shape = contours(&case.curves)?;
-        let c = cosine_space(&case)?;
-        let (value, visited) = match how.technique {
-            TechniqueArg::Exact => (exact_integral(&ExactMap { c, horizon: None }, &shape), 0),
-            TechniqueArg::Tree => one_sided(c, &shape, how.tolerance)?,
-        };
+        let images = Images::in_cosine_space(cosine_space(&case)?);
+        let emitter = Emitter::of_shape(shape, &technique).map_err(|e| format!("`curves`: {e}"))?;
+        let integral = images.integral(&emitter, None, how.tolerance, &mut Budget::default());
+        let (value, visited) = integral.map_or((0.0, 0), |i| (i.value.x, i.visited));
         json(&Value { id: case.id, value, visited }).map_err(|e| e.to_string())
     })
 }
@@ -161,17 +158,6 @@ fn contours(curves: &[[[f64; 2]; 4]]) -> Result<Shape, String> {
     Shape::from_contours(contours).map_err(|e| format!("`curves`: {e}"))
 }
 
-fn one_sided(c: [DVec3; 3], shape: &Shape, tolerance: f32) -> Result<(f64, u32), String> {
-    let tree = Tree::new(shape).map_err(|e| format!("`curves`: {e}"))?;
-    let Some(map) = CosineMap::new(c, tree.center, tree.half).filter(|map| map.depth > 0.0) else {
-        return Ok((0.0, 0));
-    };
-    let root = &tree.nodes[0];
-    let Some(clip) = Clip::new(&map, None, root.center - map.foot, root.half) else { return Ok((0.0, 0)) };
-    let integral = tree_integral(&map, &clip, tree.view(), tolerance, &mut Budget::default());
-    Ok((f64::from(integral.value), integral.visited))
-}
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Point {
@@ -194,8 +180,8 @@ struct Reading {
 fn scene_points(scene: &Path, points: &Path, how: &How) -> Result<(), Error> {
     let loaded = file::load(scene)?;
     super::warn(&loaded.warnings);
-    let settings =
-        Settings { width: 1, height: 1, samples: 1, tolerance: how.tolerance, technique: how.technique.into() };
+    let (technique, horizons) = how.technique.resolve()?;
+    let settings = Settings { width: 1, height: 1, samples: 1, tolerance: how.tolerance, technique, horizons };
     let prepared = Prepared::new(&loaded.scene, &settings)?;
     lines(points, |point: Point| json(&reading(&prepared, &settings, point)?).map_err(|e| e.to_string()))
 }
@@ -211,7 +197,7 @@ fn reading(prepared: &Prepared, settings: &Settings, point: Point) -> Result<Rea
         return Err(format!("`position` = {:?} is beyond ±{FARTHEST:e} m", point.position));
     }
     let frame = ShadingFrame::new(unit("normal", point.normal)?, unit("view", point.view)?);
-    let lobe = Table::shipped().lobe(point.alpha as f32, frame.cos_theta as f32);
+    let lobe = prepared.lobe(Table::shipped(), point.alpha as f32, frame.cos_theta as f32);
     let position = DVec3::from_array(point.position) - prepared.eye;
     let [mut irradiance, mut specular] = [DVec3::ZERO; 2];
     let mut budgets = [Budget::default(); 2];
@@ -219,11 +205,11 @@ fn reading(prepared: &Prepared, settings: &Settings, point: Point) -> Result<Rea
         let Ok(images) = Images::new(emitter, &frame, position) else { continue };
         let radiance = emitter.radiance.as_dvec3();
         let tolerance = settings.tolerance / emitter.radiance.max_element().max(f32::MIN_POSITIVE);
-        if let Ok(integral) = images.integral(emitter, None, tolerance, &mut budgets[0], settings.technique) {
-            irradiance += radiance * (core::f64::consts::PI * integral.value);
+        if let Ok(integral) = images.integral(emitter, None, tolerance, &mut budgets[0]) {
+            irradiance += radiance * integral.value * core::f64::consts::PI;
         }
-        if let Ok(integral) = images.integral(emitter, Some(&lobe), tolerance, &mut budgets[1], settings.technique) {
-            specular += radiance * (f64::from(lobe.magnitude / lobe.above) * integral.value);
+        if let Ok(integral) = images.integral(emitter, Some(&lobe), tolerance, &mut budgets[1]) {
+            specular += radiance * integral.value * f64::from(lobe.magnitude / lobe.above);
         }
     }
     Ok(Reading { id: point.id, irradiance: irradiance.to_array(), specular: specular.to_array() })

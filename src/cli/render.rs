@@ -1,7 +1,8 @@
 //! `glyphlight render`: a scene, a text or an SVG to a picture.
 
 use super::lights::{Source, Style};
-use super::values::{Color, TechniqueArg, finite, hex, positive, radiance, unit};
+use super::technique::TechniqueArgs;
+use super::values::{Color, finite, hex, positive, radiance, unit};
 use super::{json, label, say, warn};
 use crate::backend::cpu::CpuBackend;
 use crate::backend::{Backend, BackendError, Rendering, Settings, Stats, Technique};
@@ -41,9 +42,8 @@ pub struct Args {
     /// Largest error of each light and lobe, in radiance of the picture
     #[arg(long, default_value_t = 1e-4, value_parser = positive)]
     tolerance: f32,
-    /// How integrals are evaluated
-    #[arg(long, value_enum, default_value_t = TechniqueArg::Tree)]
-    technique: TechniqueArg,
+    #[command(flatten)]
+    technique: TechniqueArgs,
     /// Where to compute: auto takes a hardware GPU if there is one, else the CPU; gpu takes a software driver as well
     #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
     backend: BackendArg,
@@ -118,12 +118,14 @@ pub fn run(args: &Args) -> Result<(), Error> {
         Format::of(path)?;
         check_writable(path)?;
     }
+    let (technique, horizons) = args.technique.resolve()?;
     let settings = Settings {
         width: args.width,
         height: args.height,
         samples: args.samples,
         tolerance: args.tolerance,
-        technique: args.technique.into(),
+        technique,
+        horizons,
     };
     settings.check()?;
     let start = Instant::now();
@@ -166,7 +168,7 @@ fn scene(args: &Args) -> Result<Scene, Error> {
 }
 
 fn render(scene: &Scene, settings: &Settings, backend: BackendArg) -> Result<Rendering, BackendError> {
-    if backend == BackendArg::Cpu || settings.technique == Technique::Exact && backend == BackendArg::Auto {
+    if backend == BackendArg::Cpu || settings.technique.is_cpu_only() && backend == BackendArg::Auto {
         return CpuBackend.render(scene, settings);
     }
     on_gpu(scene, settings, backend)
@@ -198,6 +200,8 @@ fn table(stats: &Stats) -> String {
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     let per_sample = |n: u64| format!("{:.2}", n as f64 / stats.shaded.max(1) as f64);
+    let parts = stats.technique.parse::<Technique>().map_or("parts", |t| t.parts());
+    table.add_row(["technique", &stats.technique]);
     table.add_row(["backend", &stats.backend]);
     table.add_row(["device", &stats.device]);
     for (stage, seconds) in &stats.stages {
@@ -205,7 +209,7 @@ fn table(stats: &Stats) -> String {
     }
     table.add_row(["shaded samples".to_owned(), stats.shaded.to_string()]);
     table.add_row(["integrals per sample".to_owned(), per_sample(stats.integrals)]);
-    table.add_row(["nodes per sample".to_owned(), per_sample(stats.nodes)]);
+    table.add_row([format!("{parts} per sample"), per_sample(stats.nodes)]);
     for light in &stats.lights {
         let percent = |n: u64| 100.0 * n as f64 / light.candidates.max(1) as f64;
         let skipped = format!(

@@ -1,26 +1,6 @@
 //! Values of arguments that several verbs take.
 
-use crate::backend::Technique;
 use crate::color::parse_hex;
-use clap::ValueEnum;
-
-/// Techniques by the names of the command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum TechniqueArg {
-    /// The chord–moment tree, f32
-    Tree,
-    /// Adaptive contour integration, float64 (slow; CPU only)
-    Exact,
-}
-
-impl From<TechniqueArg> for Technique {
-    fn from(arg: TechniqueArg) -> Self {
-        match arg {
-            TechniqueArg::Tree => Self::Tree,
-            TechniqueArg::Exact => Self::Exact,
-        }
-    }
-}
 
 /// A colour given as #rrggbb, linear Rec.709.
 #[derive(Clone, Copy, Debug)]

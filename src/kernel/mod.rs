@@ -9,6 +9,6 @@ pub mod edge;
 pub mod frame;
 pub mod horizon;
 pub mod map;
-pub mod shade;
+pub mod reflect;
 pub mod surface;
 pub mod tree;

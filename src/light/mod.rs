@@ -3,7 +3,7 @@
 pub mod picture;
 pub mod tree;
 
-use crate::shape::Shape;
+use crate::shape::{Bounds, Shape};
 use glam::{DMat3, DVec2, DVec3};
 use picture::Picture;
 use std::sync::Arc;
@@ -38,6 +38,23 @@ impl Placement {
     /// `x × y`: points to the lit side; its length is the factor from light-space to world area.
     pub fn normal(&self) -> DVec3 {
         self.x.cross(self.y)
+    }
+}
+
+/// A square of light space that techniques normalise a shape to: its \[−1, 1\]² is *tree space*.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Square {
+    /// Its middle, light space.
+    pub center: DVec2,
+    /// Half its side, light-space units; more than 0.
+    pub half: f64,
+}
+
+impl Square {
+    /// The smallest about a box. `None` where that is a point or not finite.
+    pub fn around(bounds: Bounds) -> Option<Self> {
+        let half = bounds.size().max_element() * 0.5;
+        (half.is_finite() && half > 0.0).then(|| Self { center: bounds.center(), half })
     }
 }
 

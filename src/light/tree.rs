@@ -1,5 +1,6 @@
 //! Builds the chord–moment tree of a shape, in f64. The walk over it is [`crate::kernel::tree`].
 
+use super::Square;
 use crate::kernel::tree::{CLUSTER, CUBIC, Handles, LINK_MASK, LowEnds, Node, Nodes, RUN, SEGMENT};
 use crate::shape::{Bounds, CubicBez, Shape};
 use glam::{DVec2, Vec2};
@@ -43,12 +44,7 @@ pub enum TreeError {
 impl Tree {
     /// Builds the tree of `shape`. Contours are taken as they are: oriented, each contributing its signed area.
     pub fn new(shape: &Shape) -> Result<Self, TreeError> {
-        let bounds = shape.bounds();
-        let half = bounds.size().max_element() * 0.5;
-        if !(half.is_finite() && half > 0.0) {
-            return Err(TreeError::NoArea);
-        }
-        let center = bounds.center();
+        let Square { center, half } = Square::around(shape.bounds()).ok_or(TreeError::NoArea)?;
         let to_tree = |p: DVec2| (p - center) / half;
         let mut contours = Vec::new();
         for contour in shape.contours() {

@@ -9,9 +9,10 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;
+use glyphlight::backend::emitter::Emitter;
 use glyphlight::backend::gather::Images;
-use glyphlight::backend::prepared::{Emitter, Prepared};
-use glyphlight::backend::{Backend, BackendError, Settings, Technique};
+use glyphlight::backend::prepared::Prepared;
+use glyphlight::backend::{Backend, BackendError, Horizons, Settings, Technique};
 use glyphlight::brdf::ltc::Table;
 use glyphlight::kernel::frame::ShadingFrame;
 use glyphlight::kernel::tree::Budget;
@@ -48,7 +49,7 @@ fn lights() -> Vec<(&'static str, Shape)> {
 }
 
 fn settings(tolerance: f32) -> Settings {
-    Settings { width: 1024, height: 1024, samples: 1, tolerance, technique: Technique::Tree }
+    Settings { width: 1024, height: 1024, samples: 1, tolerance, technique: Technique::Tree, horizons: Horizons::Both }
 }
 
 /// A metal floor under the light.
@@ -97,10 +98,8 @@ fn integrate(emitter: &Emitter, points: &[(DVec3, ShadingFrame)], tolerance: f32
     for (position, frame) in points {
         let Ok(images) = Images::new(emitter, frame, *position) else { continue };
         let lobe = lobes.then(|| table.lobe(0.25, frame.cos_theta as f32));
-        if let Ok(integral) =
-            images.integral(emitter, lobe.as_ref(), tolerance, &mut Budget::default(), Technique::Tree)
-        {
-            sum += integral.value;
+        if let Ok(integral) = images.integral(emitter, lobe.as_ref(), tolerance, &mut Budget::default()) {
+            sum += integral.value.x;
         }
     }
     sum

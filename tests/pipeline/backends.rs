@@ -12,7 +12,7 @@ use glyphlight::backend::gather::Images;
 use glyphlight::backend::gpu::layout::MeterPoint;
 use glyphlight::backend::gpu::{AdapterChoice, GpuBackend};
 use glyphlight::backend::prepared::Prepared;
-use glyphlight::backend::{Backend, BackendError, Rendering, Settings, Stats, Technique};
+use glyphlight::backend::{Backend, BackendError, Horizons, Rendering, Settings, Stats, Technique};
 use glyphlight::brdf::ltc::Table;
 use glyphlight::film::Film;
 use glyphlight::kernel::frame::ShadingFrame;
@@ -41,7 +41,7 @@ fn gpu() -> Option<&'static GpuBackend> {
 }
 
 fn settings(samples: u32) -> Settings {
-    Settings { width: 97, height: 71, samples, tolerance: 1e-4, technique: Technique::Tree }
+    Settings { width: 97, height: 71, samples, tolerance: 1e-4, technique: Technique::Tree, horizons: Horizons::Both }
 }
 
 fn material(alpha: f32, metallic: f32) -> Material {
@@ -383,7 +383,7 @@ fn what_the_gpu_cannot_do_is_refused() {
     let Some(gpu) = gpu() else { return };
     let scene = mesh(6);
     let exact = Settings { technique: Technique::Exact, ..settings(1) };
-    assert!(matches!(gpu.render(&scene, &exact), Err(BackendError::CpuOnly)));
+    assert!(matches!(gpu.render(&scene, &exact), Err(BackendError::CpuOnly(_))));
     let empty = Settings { width: 0, ..settings(1) };
     assert!(matches!(gpu.render(&scene, &empty), Err(BackendError::Size { .. })));
 }
@@ -425,11 +425,11 @@ fn the_walks_agree_on_single_integrals() {
         })
         .collect();
     let expected: Vec<[f64; 2]> = points.iter().map(|p| on_the_cpu(&prepared, p)).collect();
-    let readings = gpu.measure(&prepared.emitters, &points).unwrap();
+    let readings = gpu.measure(&prepared, &points).unwrap();
     let mut errors: Vec<f64> = readings
         .iter()
         .zip(&expected)
-        .flat_map(|(r, e)| [(f64::from(r.diffuse) - e[0]).abs(), (f64::from(r.specular) - e[1]).abs()])
+        .flat_map(|(r, e)| [(f64::from(r.diffuse.x) - e[0]).abs(), (f64::from(r.specular.x) - e[1]).abs()])
         .collect();
     errors.sort_by(f64::total_cmp);
     let quantile = |q: f64| errors[((errors.len() - 1) as f64 * q) as usize];
@@ -445,8 +445,8 @@ fn the_walks_agree_on_single_integrals() {
     assert!(quantile(1.0) < 2e-4);
     // A lobe wider by a hundredth is another lobe.
     let wider: Vec<MeterPoint> = points.iter().map(|p| MeterPoint { alpha: p.alpha * 1.01, ..*p }).collect();
-    let others = gpu.measure(&prepared.emitters, &wider).unwrap();
-    let off = others.iter().zip(&expected).filter(|(r, e)| (f64::from(r.specular) - e[1]).abs() > 2e-4).count();
+    let others = gpu.measure(&prepared, &wider).unwrap();
+    let off = others.iter().zip(&expected).filter(|(r, e)| (f64::from(r.specular.x) - e[1]).abs() > 2e-4).count();
     assert!(off > points.len() / 20, "{off}");
 }
 
@@ -457,8 +457,6 @@ fn on_the_cpu(prepared: &Prepared, point: &MeterPoint) -> [f64; 2] {
     let Ok(images) = Images::new(emitter, &frame, point.position.as_dvec3()) else { return [0.0; 2] };
     let lobe = Table::shipped().lobe(point.alpha, frame.cos_theta as f32);
     [None, Some(&lobe)].map(|lobe| {
-        images
-            .integral(emitter, lobe, point.tolerance, &mut Budget::default(), Technique::Tree)
-            .map_or(0.0, |gathered| gathered.value)
+        images.integral(emitter, lobe, point.tolerance, &mut Budget::default()).map_or(0.0, |gathered| gathered.value.x)
     })
 }

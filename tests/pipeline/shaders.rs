@@ -27,8 +27,8 @@ fn module(source: &Source) -> Module {
 fn every_pass_validates_and_has_its_entry_points() {
     let passes = [
         (gbuffer(), vec!["draw_triangle", "store_triangle"]),
-        (light(), vec!["light_pixels"]),
-        (meter(), vec!["read_meter"]),
+        (light("tree"), vec!["light_pixels"]),
+        (meter("tree"), vec!["read_meter"]),
     ];
     for (source, entries) in passes {
         let found: Vec<String> = module(&source).entry_points.iter().map(|e| e.name.clone()).collect();
@@ -69,25 +69,27 @@ macro_rules! layout {
 fn rust_layouts() -> Vec<(&'static str, Layout)> {
     vec![
         layout!(Rays: forward right up),
-        layout!(Frame: rays raster picture tile_origin tile_size offset steps tolerance emitters boxes lights pad),
+        layout!(Frame: rays raster picture tile_origin tile_size offset steps tolerance emitters boxes lights eps
+            choice),
         layout!(SurfaceTriangle: p0 e1 e2 n0 n1 n2 t0 t1 t2),
         layout!(SurfaceMaterial: base_color alpha specular normal_scale base_color_texture
             metallic_roughness_texture normal_texture pad),
         layout!(SurfaceTexture: offset width height levels),
-        layout!(Emitter: x first_node y end_node center first_handles normal light radiance two_sided),
+        layout!(Emitter: x first y end center first_detail normal light radiance two_sided
+            form radius length picture),
         layout!(Node: center half a b m0 m1 m2 area link),
         layout!(Handles: p1 p2 low1 low2),
         layout!(Box: low skip high triangles),
         layout!(Pixel: diffuse samples specular nodes),
         layout!(MeterPoint: position emitter normal alpha view tolerance),
-        layout!(Reading: diffuse specular diffuse_nodes specular_nodes),
+        layout!(Reading: diffuse diffuse_nodes specular specular_nodes),
     ]
 }
 
 #[test]
 fn structs_lie_as_in_rust() {
     let mut found = BTreeMap::new();
-    for source in [gbuffer(), light(), meter()] {
+    for source in [gbuffer(), light("tree"), meter("tree")] {
         found.extend(layouts(&module(&source)));
     }
     for (name, (size, mut members)) in rust_layouts() {
@@ -102,10 +104,11 @@ fn structs_lie_as_in_rust() {
 
 #[test]
 fn a_moved_member_is_noticed() {
-    let code = light().code;
-    let moved = code.replace("    first_node: u32,\n    y: vec3f,", "    y: vec3f,\n    first_node: u32,");
+    let code = light("tree").code;
+    let moved = code.replace("    first: u32,\n    y: vec3f,", "    y: vec3f,\n    first: u32,");
     assert_ne!(code, moved);
     let moved = layouts(&validate(&moved).expect("a valid module"));
-    let (name, layout) = layout!(Emitter: x first_node y end_node center first_handles normal light radiance two_sided);
+    let (name, layout) = layout!(Emitter: x first y end center first_detail normal light radiance two_sided
+            form radius length picture);
     assert_ne!(moved[name], layout);
 }

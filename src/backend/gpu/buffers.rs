@@ -2,7 +2,7 @@
 
 use super::boxes::Boxes;
 use super::device::Device;
-use super::layout::{Emitters, Frame};
+use super::layout::{Elements, Emitters, Frame};
 use crate::backend::BackendError;
 use crate::backend::prepared::Prepared;
 use crate::brdf::ltc::Table;
@@ -32,10 +32,12 @@ impl SceneBuffers {
             storage(device, "textures", prepared.map_or(&[], |p| &p.textures))?,
             storage(device, "texels", prepared.map_or(&[], |p| &p.texels))?,
             storage(device, "emitters", &emitters.emitters)?,
-            storage(device, "nodes", &emitters.nodes)?,
-            storage(device, "handles", &emitters.handles)?,
+            elements(device, "regions of lights", &emitters.regions)?,
+            elements(device, "details of lights", &emitters.details)?,
             storage(device, "LTC table", Table::shipped().texels().as_flattened())?,
             storage(device, "boxes", &boxes.boxes)?,
+            elements(device, "pictures of lights", &emitters.pictures)?,
+            elements(device, "texels of lights", &emitters.picture_texels)?,
         ];
         let frame = device.device.create_buffer(&BufferDescriptor {
             label: Some("frame"),
@@ -45,6 +47,12 @@ impl SceneBuffers {
         });
         Ok(Self { frame, arrays })
     }
+}
+
+/// Uploads elements for reading. None become 256 zero bytes, which nothing reads and which hold one of any kind.
+fn elements(device: &Device, what: &'static str, elements: &Elements) -> Result<Buffer, BackendError> {
+    let bytes = elements.bytes();
+    storage(device, what, if bytes.is_empty() { &[0; 256] } else { bytes })
 }
 
 /// Uploads an array for reading. An empty one becomes one element of zeros, which nothing reads.

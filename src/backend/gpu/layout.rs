@@ -1,9 +1,11 @@
 //! What the shaders read and write, byte for byte: twins of the structs of `shaders/types.wgsl` that are not kernel types.
 //! Positions are relative to the camera, in metres.
 
-use crate::backend::prepared::{self, Prepared};
+use crate::backend::emitter::{self, Geometry};
+use crate::backend::prepared::Prepared;
+use crate::backend::{Horizons, Technique};
 use crate::kernel::surface::Rays;
-use crate::kernel::tree::{Handles, Node};
+use crate::light::{Form, Square};
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec2, Vec3, Vec4};
 
@@ -33,26 +35,42 @@ pub struct Frame {
     pub boxes: u32,
     /// Number of lights.
     pub lights: u32,
-    /// To the size WGSL gives the struct.
-    pub pad: UVec2,
+    /// `kuge`: least contribution of a triangle that is subdivided; 0 for the paper's own.
+    pub eps: f32,
+    /// `uniform`: edges per curve. `pal`: the basis.
+    pub choice: u32,
 }
 
-/// An emission. The axes and the middle are those of its tree's square.
+impl Frame {
+    /// The parameters of a technique, in an otherwise empty frame.
+    pub fn of(technique: &Technique) -> Self {
+        let (mut eps, mut choice) = (0.0, 0);
+        match *technique {
+            Technique::Kuge { eps: own } => eps = own.unwrap_or(0.0),
+            Technique::Uniform { segments } => choice = segments,
+            Technique::Pal { basis } => choice = basis as u32,
+            _ => {}
+        }
+        Self { eps, choice, ..Self::zeroed() }
+    }
+}
+
+/// An emission. The axes and the middle are those of its square.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Emitter {
-    /// World image of the tree's x axis.
+    /// World image of the square's x axis: half its side.
     pub x: Vec3,
-    /// First of its nodes.
-    pub first_node: u32,
-    /// World image of the tree's y axis.
+    /// First element of its region, of the kind that the technique reads.
+    pub first: u32,
+    /// World image of the square's y axis.
     pub y: Vec3,
-    /// Past the last of its nodes.
-    pub end_node: u32,
-    /// The tree's middle.
+    /// Past the last element of its region.
+    pub end: u32,
+    /// The square's middle.
     pub center: Vec3,
-    /// First of its handles.
-    pub first_handles: u32,
+    /// First of the region's details, where the technique has any.
+    pub first_detail: u32,
     /// x × y.
     pub normal: Vec3,
     /// Index of its light. The emitters of a light follow one another.
@@ -61,46 +79,98 @@ pub struct Emitter {
     pub radiance: Vec3,
     /// 1 where the back emits as well.
     pub two_sided: u32,
+    /// What the light is as a body: 0 outline, 1 rectangle, 2 disc, 3 sphere, 4 tube.
+    pub form: u32,
+    /// Of a sphere or tube, in halves of the square's side.
+    pub radius: f32,
+    /// Of a tube, in halves of the square's side.
+    pub length: f32,
+    /// Index of its picture or [`NO_PICTURE`].
+    pub picture: u32,
 }
 
+/// "No picture" in [`Emitter`].
+pub const NO_PICTURE: u32 = u32::MAX;
+
 impl Emitter {
-    fn new(emitter: &prepared::Emitter, first_node: usize, first_handles: usize) -> Self {
-        let (placement, tree) = (&emitter.placement, &emitter.tree);
-        let (x, y) = (placement.x * tree.half, placement.y * tree.half);
+    /// An emission whose region is still to be laid out.
+    fn new(emitter: &emitter::Emitter) -> Self {
+        let (placement, Square { center, half }) = (&emitter.placement, emitter.square);
+        let (x, y) = (placement.x * half, placement.y * half);
+        let in_square = |length: f64| (length / half) as f32;
+        let (form, radius, length) = match emitter.form {
+            Form::Outline => (0, 0.0, 0.0),
+            Form::Rectangle => (1, 0.0, 0.0),
+            Form::Disc => (2, 0.0, 0.0),
+            Form::Sphere { radius } => (3, in_square(radius), 0.0),
+            Form::Tube { radius, length } => (4, in_square(radius), in_square(length)),
+        };
         Self {
             x: x.as_vec3(),
-            first_node: first_node as u32,
+            first: 0,
             y: y.as_vec3(),
-            end_node: (first_node + tree.nodes.len()) as u32,
-            center: placement.point(tree.center).as_vec3(),
-            first_handles: first_handles as u32,
+            end: 0,
+            center: placement.point(center).as_vec3(),
+            first_detail: 0,
             normal: x.cross(y).as_vec3(),
             light: emitter.light as u32,
             radiance: emitter.radiance,
             two_sided: u32::from(emitter.two_sided),
+            form,
+            radius,
+            length,
+            picture: NO_PICTURE,
         }
     }
 }
 
-/// All emitters with their trees, one after the other.
+/// An array of any elements, as bytes.
+#[derive(Clone, Debug, Default)]
+pub struct Elements(Vec<u8>);
+
+impl Elements {
+    /// Lays elements after those that are there. Gives the indices of the first and past the last, in elements.
+    fn extend<T: Pod>(&mut self, elements: &[T]) -> [u32; 2] {
+        let first = self.0.len() / size_of::<T>();
+        self.0.extend_from_slice(bytemuck::cast_slice(elements));
+        [first as u32, (first + elements.len()) as u32]
+    }
+
+    /// The bytes.
+    pub fn bytes(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+/// All emitters with their regions, one after the other.
 #[derive(Clone, Debug, Default)]
 pub struct Emitters {
     /// The emitters.
     pub emitters: Vec<Emitter>,
-    /// The nodes of all trees.
-    pub nodes: Vec<Node>,
-    /// The handles of all trees.
-    pub handles: Vec<Handles>,
+    /// The elements of all regions: nodes of trees.
+    pub regions: Elements,
+    /// Their details: handles of trees.
+    pub details: Elements,
+    /// Where the pictures lie.
+    pub pictures: Elements,
+    /// Texels of the pictures.
+    pub picture_texels: Elements,
 }
 
 impl Emitters {
-    /// Lays the trees of `emitters` one after the other.
-    pub fn new(emitters: &[prepared::Emitter]) -> Self {
+    /// Lays the regions of `emitters` one after the other.
+    pub fn new(emitters: &[emitter::Emitter]) -> Self {
         let mut all = Self::default();
         for emitter in emitters {
-            all.emitters.push(Emitter::new(emitter, all.nodes.len(), all.handles.len()));
-            all.nodes.extend_from_slice(&emitter.tree.nodes);
-            all.handles.extend_from_slice(&emitter.tree.handles);
+            let mut packed = Emitter::new(emitter);
+            match &emitter.geometry {
+                Geometry::Shape => {}
+                Geometry::Tree(tree) => {
+                    [packed.first, packed.end] = all.regions.extend(&tree.nodes);
+                    [packed.first_detail, _] = all.details.extend(&tree.handles);
+                }
+            }
+            all.emitters.push(packed);
         }
         all
     }
@@ -172,12 +242,12 @@ pub struct MeterPoint {
 #[repr(C)]
 pub struct Reading {
     /// Of the plain cosine.
-    pub diffuse: f32,
-    /// Of the specular lobe, clipped at both horizons.
-    pub specular: f32,
-    /// Nodes visited for the first.
+    pub diffuse: Vec3,
+    /// Nodes, edges or texels of the first.
     pub diffuse_nodes: u32,
-    /// Nodes visited for the second.
+    /// Of the specular lobe, clipped at its horizons.
+    pub specular: Vec3,
+    /// Nodes, edges or texels of the second.
     pub specular_nodes: u32,
 }
 
@@ -190,6 +260,10 @@ pub struct Features {
     pub specular: bool,
     /// Some material has a texture.
     pub textures: bool,
+    /// Specular lobes are clipped at the true horizon.
+    pub true_horizon: bool,
+    /// Name of the technique.
+    pub technique: &'static str,
 }
 
 impl Features {
@@ -207,6 +281,8 @@ impl Features {
             textures: materials.iter().any(|m| {
                 [m.base_color_texture, m.metallic_roughness_texture, m.normal_texture].iter().any(|&t| t != none)
             }),
+            true_horizon: prepared.horizons == Horizons::Both,
+            technique: prepared.technique.name(),
         }
     }
 }

@@ -17,7 +17,7 @@ pub const VISIBILITY_FORMAT: TextureFormat = TextureFormat::R32Uint;
 pub const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
 /// Number of scene arrays: bindings 1 to this of group 0.
-const ARRAYS: u32 = 9;
+const ARRAYS: u32 = 11;
 
 /// Layouts that all scenes share.
 #[derive(Debug)]
@@ -98,23 +98,24 @@ impl Layouts {
     }
 
     /// The light meter's pipeline.
-    pub fn meter_pipeline(&self, device: &Device) -> ComputePipeline {
+    pub fn meter_pipeline(&self, device: &Device, features: Features) -> ComputePipeline {
         let layout = pipeline_layout(device, &[&self.scene, &self.meter]);
-        compute(device, &source::meter(), &layout, "read_meter", &[])
+        let constants = [("TRUE_HORIZON", flag(features.true_horizon))];
+        compute(device, &source::meter(features.technique), &layout, "read_meter", &constants)
     }
 
     /// The passes of a picture.
     pub fn pipelines(&self, device: &Device, features: Features) -> Pipelines {
         let layout = pipeline_layout(device, &[&self.scene, &self.tile]);
-        let flag = |b: bool| f64::from(u8::from(b));
         let constants = [
             ("DIFFUSE", flag(features.diffuse)),
             ("SPECULAR", flag(features.specular)),
             ("TEXTURES", flag(features.textures)),
+            ("TRUE_HORIZON", flag(features.true_horizon)),
         ];
         Pipelines {
             gbuffer: self.gbuffer_pipeline(device),
-            light: compute(device, &source::light(), &layout, "light_pixels", &constants),
+            light: compute(device, &source::light(features.technique), &layout, "light_pixels", &constants),
         }
     }
 
@@ -148,6 +149,11 @@ impl Layouts {
             cache: None,
         })
     }
+}
+
+/// A WGSL override constant of type bool.
+fn flag(b: bool) -> f64 {
+    f64::from(u8::from(b))
 }
 
 fn buffer(binding: u32, visibility: ShaderStages, ty: BufferBindingType) -> BindGroupLayoutEntry {

@@ -19,28 +19,46 @@ pub struct Source {
     pub code: String,
 }
 
-macro_rules! concatenate {
-    ($name:literal: $($stem:literal)*) => {
-        Source {
-            name: $name,
-            code: [constants().as_str(), $(include_str!(concat!("../../../shaders/", $stem, ".wgsl"))),*].join("\n"),
-        }
-    };
+/// Files of `shaders/`, in order.
+macro_rules! files {
+    ($($stem:literal)*) => { &[$(include_str!(concat!("../../../shaders/", $stem, ".wgsl"))),*] };
+}
+
+/// What every technique needs to find its integrals.
+const LIGHTS: &[&str] = files!("types" "ltc" "frame" "map" "edge" "horizon" "shade");
+
+/// What evaluates the integrals of a technique: the function `gather`.
+fn technique(name: &str) -> &'static [&'static str] {
+    // The other techniques bring their own files.
+    let _ = name;
+    files!("tree" "gather_tree")
+}
+
+fn concatenate(name: &'static str, files: &[&[&str]]) -> Source {
+    Source {
+        name,
+        code: [constants()]
+            .into_iter()
+            .chain(files.concat().into_iter().map(str::to_owned))
+            .collect::<Vec<_>>()
+            .join("\n"),
+    }
 }
 
 /// Which triangle each sample sees: `draw_triangle`, `store_triangle`.
 pub fn gbuffer() -> Source {
-    concatenate!("gbuffer": "types" "raster" "gbuffer")
+    concatenate("gbuffer", &[files!("types" "raster" "gbuffer")])
 }
 
-/// Shading: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR` and `TEXTURES`.
-pub fn light() -> Source {
-    concatenate!("light": "types" "ltc" "frame" "map" "edge" "horizon" "tree" "surface" "nearest" "shade" "light")
+/// Shading by the technique of that name: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR`, `TEXTURES` and
+/// `TRUE_HORIZON`.
+pub fn light(name: &str) -> Source {
+    concatenate("light", &[LIGHTS, technique(name), files!("surface" "reflect" "nearest" "light")])
 }
 
-/// The light meter: `read_meter`.
-pub fn meter() -> Source {
-    concatenate!("meter": "types" "ltc" "frame" "map" "edge" "horizon" "tree" "surface" "shade" "meter")
+/// The light meter of the technique of that name: `read_meter`, with the override `TRUE_HORIZON`.
+pub fn meter(name: &str) -> Source {
+    concatenate("meter", &[LIGHTS, technique(name), files!("meter")])
 }
 
 /// The constants that Rust owns.

@@ -1,7 +1,7 @@
-//! What a surface point reflects. Twin: `shaders/shade.wgsl`.
+//! What a surface point reflects. Twin: `shaders/reflect.wgsl`.
 
 use super::surface::SurfacePoint;
-use crate::brdf::ltc::{Lobe, Table};
+use crate::brdf::ltc::Lobe;
 use glam::Vec3;
 
 /// Reflected radiance per unit of radiance and of integral: radiance = weight · L · E.
@@ -16,12 +16,11 @@ pub struct Reflectance {
 }
 
 impl SurfacePoint {
-    /// The weights for a view at `cos_theta`.
+    /// The weights for a lobe that was looked up at this point's α.
     ///
     /// Specular: directional albedo F0·(magnitude − fresnel) + F90·fresnel (split sum, Schlick's Fresnel), over the
     /// lobe's mass above the true horizon. Diffuse: Lambert, less what the specular lobe takes.
-    pub fn reflectance(&self, table: &Table, cos_theta: f32) -> Reflectance {
-        let lobe = table.lobe(self.alpha, cos_theta);
+    pub fn reflectance(&self, lobe: Lobe) -> Reflectance {
         let dielectric = Vec3::splat(0.04 * self.specular);
         let f0 = dielectric.lerp(self.base_color, self.metallic);
         let f90 = self.specular + (1.0 - self.specular) * self.metallic;

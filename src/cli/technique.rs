@@ -1,0 +1,78 @@
+//! Which technique, by the flags that all verbs share.
+
+use super::values::positive;
+use crate::backend::technique::{Basis, MASK_SIZES, MAX_SEGMENTS, NAMES};
+use crate::backend::{Horizons, Technique};
+use crate::error::Error;
+use clap::ValueEnum;
+
+/// How integrals are evaluated.
+#[derive(Debug, clap::Args)]
+pub struct TechniqueArgs {
+    /// How integrals are evaluated: tree, exact (f64, slow), kuge[:EPS], uniform[:N], quad[:MASK], textured, pal[:BASIS],
+    /// representative, reference[:SPP] (Monte Carlo, slow)
+    #[arg(long, default_value = "tree", value_name = "NAME")]
+    technique: Technique,
+    /// kuge: least contribution of a triangle that is subdivided, of a hemisphere; the paper's own if not given
+    #[arg(long, value_parser = positive)]
+    eps: Option<f32>,
+    /// uniform: edges per curve [default: 30]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SEGMENTS)))]
+    segments: Option<u32>,
+    /// quad: texels along the longer side of the mask [default: 512]
+    #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(i64::from(*MASK_SIZES.start())..=i64::from(*MASK_SIZES.end())))]
+    mask_size: Option<u32>,
+    /// pal: what polygons are projected on, centred, weighted or biased [default: centred]
+    #[arg(long)]
+    basis: Option<Basis>,
+    /// Where specular lobes are clipped; kuge, uniform, quad, pal and representative know the cosine's horizon only
+    #[arg(long, value_enum)]
+    horizon: Option<HorizonArg>,
+}
+
+/// Horizons by the names of the command line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum HorizonArg {
+    /// At the surface's true horizon as well
+    Both,
+    /// At that of the cosine only, as published
+    Cosine,
+}
+
+impl TechniqueArgs {
+    /// The technique with its parameters, and where lobes are clipped.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a flag that has no effect on the technique.
+    pub fn resolve(&self) -> Result<(Technique, Horizons), Error> {
+        let mut technique = self.technique;
+        let name = technique.name();
+        let given = [
+            ("eps", self.eps.is_some(), "kuge"),
+            ("segments", self.segments.is_some(), "uniform"),
+            ("mask-size", self.mask_size.is_some(), "quad"),
+            ("basis", self.basis.is_some(), "pal"),
+        ];
+        if let Some((flag, _, of)) = given.iter().find(|(_, given, of)| *given && *of != name) {
+            return Err(Error::Usage(format!("--{flag} goes with --technique {of}; it has no effect on {name}")));
+        }
+        match &mut technique {
+            Technique::Kuge { eps } => *eps = self.eps.or(*eps),
+            Technique::Uniform { segments } => *segments = self.segments.unwrap_or(*segments),
+            Technique::Quad { mask } => *mask = self.mask_size.unwrap_or(*mask),
+            Technique::Pal { basis } => *basis = self.basis.unwrap_or(*basis),
+            _ => {}
+        }
+        let horizons = match self.horizon {
+            Some(HorizonArg::Both) if !technique.knows_true_horizon() => {
+                let knowing: Vec<_> =
+                    NAMES.into_iter().filter(|n| n.parse().is_ok_and(|t: Technique| t.knows_true_horizon())).collect();
+                let message = format!("--horizon both goes with {}; {name} cannot", knowing.join(", "));
+                return Err(Error::Usage(message));
+            }
+            Some(HorizonArg::Cosine) => Horizons::Cosine,
+            _ => Horizons::Both,
+        };
+        Ok((technique, horizons))
+    }
+}
