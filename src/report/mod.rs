@@ -23,6 +23,7 @@
 //! the folder. `table.csv` has the same rows, one line each, all blocks after each other under one line of names; numbers in
 //! full, nothing where JSON has null (RFC 4180). `table.md` is for people: three digits.
 
+pub mod folder;
 pub mod page;
 pub mod scale;
 pub mod table;
