@@ -172,7 +172,7 @@ pub struct LeftOut {
 /// Why a report cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
-    /// A value has no JSON.
+    /// The encoder of JSON failed.
     #[error("table.json: {0}")]
     Json(#[from] serde_json::Error),
 }

@@ -183,8 +183,8 @@ fn key(out: &mut String, scale: &ErrorScale) {
     let ticks = scale.ticks();
     for (i, &tick) in ticks.iter().enumerate() {
         let minor = if i % 2 == 1 { " class=\"minor\"" } else { "" };
-        let sign = if tick > 0.0 { "+" } else { "" };
-        let label = format!("{sign}{}", digits(tick)).replacen('-', "−", 1);
+        let sign = if tick > 0.0 { "+" } else if tick < 0.0 { "−" } else { "" };
+        let label = format!("{sign}{}", digits(tick.abs()));
         let _ = write!(out, "<span{minor} style=\"left:{:.2}%\">{label}</span>", 50.0 * (scale.place(tick) + 1.0));
     }
     out.push_str("</div>\n<p>Signed error of the worst channel, radiance in W·sr⁻¹·m⁻².</p>\n</div>\n");

@@ -23,7 +23,7 @@ pub(super) const COLUMNS: [(&str, &str); 18] = [
     ("technique", "technique"),
     ("backend", "on"),
     ("device", ""),
-    ("runs", "runs"),
+    ("runs", ""),
     ("seconds", "shade"),
     ("prepare_seconds", "prepare"),
     ("ms_per_megapixel", "ms/Mpixel"),
@@ -115,7 +115,7 @@ impl Comparison {
     /// `table.json`; see the [schema](super).
     ///
     /// # Errors
-    /// A number that isn't finite.
+    /// What the encoder says.
     pub fn json(&self) -> Result<String, ReportError> {
         let mut text = serde_json::to_string_pretty(self)?;
         text.push('\n');

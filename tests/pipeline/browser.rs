@@ -39,9 +39,9 @@ impl Browser {
     pub fn start() -> Option<Self> {
         let program = program()?;
         let profile = tempfile::tempdir().unwrap();
-        // Chromium reads commands from descriptor 3 and answers on 4; its own output goes nowhere.
+        // Chromium reads commands from descriptor 3 and answers on 4; its own output goes nowhere. Whatever happens, it ends.
         let mut child = Command::new("sh")
-            .args(["-c", "exec \"$@\" 3<&0 4>&1 </dev/null >/dev/null 2>&1", "sh", program])
+            .args(["-c", "exec timeout 120 \"$@\" 3<&0 4>&1 </dev/null >/dev/null 2>&1", "sh", program])
             .args(["--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe", "--no-first-run"])
             .args(["--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-quic"])
             .args(["--hide-scrollbars", "--force-device-scale-factor=1"])
@@ -174,22 +174,24 @@ impl Browser {
     /// The window, or the whole page, as a PNG.
     pub fn screenshot(&mut self, whole: bool) -> Vec<u8> {
         use base64::Engine;
-        let params = json!({ "format": "png", "captureBeyondViewport": whole, "fromSurface": true });
-        let answer = if whole {
+        let mut params = json!({ "format": "png" });
+        if whole {
             let size = self.eval("[document.documentElement.scrollWidth, document.documentElement.scrollHeight]");
-            let clip = json!({ "x": 0, "y": 0, "width": size[0], "height": size[1], "scale": 1 });
-            self.call("Page.captureScreenshot", json!({ "format": "png", "captureBeyondViewport": true, "clip": clip }))
-        } else {
-            self.call("Page.captureScreenshot", params)
-        };
+            params["captureBeyondViewport"] = json!(true);
+            params["clip"] = json!({ "x": 0, "y": 0, "width": size[0], "height": size[1], "scale": 1 });
+        }
+        let answer = self.call("Page.captureScreenshot", params);
         base64::engine::general_purpose::STANDARD.decode(answer["data"].as_str().unwrap()).unwrap()
     }
 }
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // It is this test's own process; what it leaves behind goes with its profile's folder.
-        let _ = self.child.kill();
+        // It ends by itself when asked, or when nobody listens any more; a test that fails must not wait for it.
+        let _ = self.input.write_all(b"{\"id\":0,\"method\":\"Browser.close\"}\0");
+        if std::thread::panicking() {
+            let _ = self.child.kill();
+        }
         let _ = self.child.wait();
     }
 }

@@ -4,13 +4,17 @@
 
 mod backends;
 mod brdf;
+mod browser;
 mod cases;
 mod cli;
+mod compare;
 mod film;
 mod fonts;
 mod kernel;
 mod mask;
 mod mesh;
+mod metrics;
+mod page;
 mod painter;
 mod preset;
 mod scene;

@@ -63,7 +63,8 @@ pub fn of(all: &All, settings: &Settings, display: &Display) -> Result<Verdict, 
     let size = [settings.width, settings.height];
     let encode = |rgb: &[u8], [width, height]: [u32; 2], file: &str| png_of(rgb, width, height, Path::new(file));
     let largest = maps.iter().flat_map(|m| &m.errors).fold(0.0_f32, |most, e| most.max(e.abs()));
-    let scale = (!maps.is_empty()).then(|| ErrorScale::new(f64::from(largest)));
+    // Errors within the tolerance are nothing to be alarmed at: they do not fill the scale.
+    let scale = (!maps.is_empty()).then(|| ErrorScale::new(f64::from(largest.max(settings.tolerance))));
     let mut pictures = Vec::new();
     for picture in &shown {
         let file = picture.measured.file("png");
