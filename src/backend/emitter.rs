@@ -1,6 +1,8 @@
 //! [`Emitter`]: an emission as the technique at hand reads it.
 
 use super::{BackendError, Technique};
+use crate::kernel::curve::Curve;
+use crate::light::curves::curves;
 use crate::light::picture::Picture;
 use crate::light::tree::{Tree, TreeError};
 use crate::light::{AreaLight, Form, Layer, Placement, Square};
@@ -41,12 +43,28 @@ pub enum Geometry {
     Shape,
     /// A chord–moment tree.
     Tree(Tree),
+    /// Curves to subdivide.
+    Kuge {
+        /// In the emitter's square.
+        curves: Vec<Curve>,
+        /// Least contribution of a triangle that is subdivided; the paper's own where `None`.
+        eps: Option<f32>,
+    },
+    /// Curves to step along.
+    Uniform {
+        /// In the emitter's square.
+        curves: Vec<Curve>,
+        /// Edges per curve.
+        segments: u32,
+    },
 }
 
 impl Geometry {
-    fn new(layer: &Layer, technique: &Technique) -> Result<Self, TreeError> {
-        Ok(match technique {
+    fn new(layer: &Layer, square: Square, technique: &Technique) -> Result<Self, TreeError> {
+        Ok(match *technique {
             Technique::Exact | Technique::Reference(_) => Self::Shape,
+            Technique::Kuge { eps } => Self::Kuge { curves: curves(&layer.shape, square), eps },
+            Technique::Uniform { segments } => Self::Uniform { curves: curves(&layer.shape, square), segments },
             _ => Self::Tree(Tree::new(&layer.shape)?),
         })
     }
@@ -56,6 +74,7 @@ impl Emitter {
     fn new(scene: &Scene, index: usize, layer: &Layer, technique: &Technique) -> Result<Self, BackendError> {
         let light: &AreaLight = &scene.lights[index];
         let named = |source| BackendError::Light { light: light.name.clone(), source };
+        let square = Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?;
         let mut placement = light.placement;
         placement.origin -= scene.camera.position;
         Ok(Self {
@@ -66,9 +85,9 @@ impl Emitter {
             two_sided: light.two_sided,
             form: light.form,
             shape: layer.shape.clone(),
-            square: Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?,
+            square,
             picture: layer.picture.clone(),
-            geometry: Geometry::new(layer, technique).map_err(named)?,
+            geometry: Geometry::new(layer, square, technique).map_err(named)?,
         })
     }
 
@@ -77,6 +96,7 @@ impl Emitter {
     /// # Errors
     /// [`TreeError`] where the shape is no region.
     pub fn of_shape(shape: Shape, technique: &Technique) -> Result<Self, TreeError> {
+        let square = Square::around(shape.bounds()).ok_or(TreeError::NoArea)?;
         let layer = Layer { shape, radiance: DVec3::ONE, opacity: 1.0, picture: None };
         Ok(Self {
             light: 0,
@@ -85,9 +105,9 @@ impl Emitter {
             opacity: 1.0,
             two_sided: false,
             form: Form::Outline,
-            square: Square::around(layer.shape.bounds()).ok_or(TreeError::NoArea)?,
+            square,
             picture: None,
-            geometry: Geometry::new(&layer, technique)?,
+            geometry: Geometry::new(&layer, square, technique)?,
             shape: layer.shape,
         })
     }

@@ -4,12 +4,16 @@
 use super::emitter::{Emitter, Geometry};
 use super::exact::{ExactMap, exact_integral};
 use crate::brdf::ltc::Lobe;
+use crate::kernel::curve::EdgeSum;
 use crate::kernel::frame::ShadingFrame;
-use crate::kernel::horizon::{Clip, Height, TrueHorizon};
+use crate::kernel::horizon::{Clip, Height, Horizon, TrueHorizon};
 use crate::kernel::map::CosineMap;
+use crate::kernel::polygon::uniform_integral;
+use crate::kernel::subdivide::{default_eps, kuge_integral};
 use crate::kernel::tree::{Budget, tree_integral};
+use crate::light::Square;
 use crate::light::tree::Tree;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec2};
 
 /// Why an integral is zero without having been evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +81,13 @@ impl Images {
         match &emitter.geometry {
             Geometry::Tree(tree) => self.by_tree(c, tree, lobe, tolerance, budget),
             Geometry::Shape => Ok(self.exactly(c, emitter, lobe)),
+            Geometry::Kuge { curves, eps } => {
+                let eps = eps.unwrap_or_else(|| default_eps(lobe.map(|lobe| lobe.alpha)));
+                self.by_edges(c, emitter.square, |map, horizon| kuge_integral(map, horizon, curves, eps))
+            }
+            Geometry::Uniform { curves, segments } => {
+                self.by_edges(c, emitter.square, |map, horizon| uniform_integral(map, horizon, curves, *segments))
+            }
         }
     }
 
@@ -97,6 +108,19 @@ impl Images {
         let clip = Clip::new(&map, truth.as_ref(), root.center - map.foot, root.half).ok_or(Skip::BelowHorizon)?;
         let integral = tree_integral(&map, &clip, tree.view(), tolerance, budget);
         Ok(self.lit(integral.value, integral.visited))
+    }
+
+    /// By a technique that knows z = 0 only. The light is taken for its whole square where it is asked what clips it.
+    fn by_edges(
+        &self,
+        c: [DVec3; 3],
+        Square { center, half }: Square,
+        integrate: impl FnOnce(&CosineMap, Option<&Horizon>) -> EdgeSum,
+    ) -> Result<Gathered, Skip> {
+        let map = CosineMap::new(c, center, half).ok_or(Skip::Behind)?;
+        let clip = Clip::new(&map, None, -map.foot, Vec2::ONE).ok_or(Skip::BelowHorizon)?;
+        let sum = integrate(&map, clip.planes().first());
+        Ok(self.lit(sum.value, sum.edges))
     }
 
     /// A signed integral from the side the point is on.

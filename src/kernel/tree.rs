@@ -211,11 +211,7 @@ struct Sums {
 /// The clamped-cosine integral of the light over the hemisphere that `clip` leaves, signed: positive in front of
 /// the light (map.depth > 0), negative behind. Nodes whose error bound is within their share of `tolerance` are not refined.
 pub fn tree_integral(map: &CosineMap, clip: &Clip, tree: Nodes<'_>, tolerance: f32, budget: &mut Budget) -> Integral {
-    let horizons: &[Horizon] = match clip {
-        Clip::None => &[],
-        Clip::One(one) => one,
-        Clip::Two(two) => two,
-    };
+    let horizons = clip.planes();
     if map.is_close() {
         walk::<DVec2>(map, horizons, tree, tolerance, budget)
     } else {

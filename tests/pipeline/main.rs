@@ -16,6 +16,7 @@ mod mesh;
 mod metrics;
 mod page;
 mod painter;
+mod polygon;
 mod preset;
 mod scene;
 mod shaders;

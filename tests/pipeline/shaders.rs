@@ -5,6 +5,7 @@
 use core::mem::offset_of;
 use glyphlight::backend::gpu::layout::{Box, Emitter, Frame, MeterPoint, Pixel, Reading};
 use glyphlight::backend::gpu::source::{Source, gbuffer, light, meter};
+use glyphlight::kernel::curve::Curve;
 use glyphlight::kernel::surface::{Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle};
 use glyphlight::kernel::tree::{Handles, Node};
 use std::collections::BTreeMap;
@@ -29,6 +30,10 @@ fn every_pass_validates_and_has_its_entry_points() {
         (gbuffer(), vec!["draw_triangle", "store_triangle"]),
         (light("tree"), vec!["light_pixels"]),
         (meter("tree"), vec!["read_meter"]),
+        (light("kuge"), vec!["light_pixels"]),
+        (meter("kuge"), vec!["read_meter"]),
+        (light("uniform"), vec!["light_pixels"]),
+        (meter("uniform"), vec!["read_meter"]),
     ];
     for (source, entries) in passes {
         let found: Vec<String> = module(&source).entry_points.iter().map(|e| e.name.clone()).collect();
@@ -79,6 +84,7 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
             form radius length picture),
         layout!(Node: center half a b m0 m1 m2 area link),
         layout!(Handles: p1 p2 low1 low2),
+        layout!(Curve: p0 p1 p2 p3),
         layout!(Box: low skip high triangles),
         layout!(Pixel: diffuse samples specular nodes),
         layout!(MeterPoint: position emitter normal alpha view tolerance),

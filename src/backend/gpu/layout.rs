@@ -147,7 +147,7 @@ impl Elements {
 pub struct Emitters {
     /// The emitters.
     pub emitters: Vec<Emitter>,
-    /// The elements of all regions: nodes of trees.
+    /// The elements of all regions: nodes of trees, or curves.
     pub regions: Elements,
     /// Their details: handles of trees.
     pub details: Elements,
@@ -165,6 +165,9 @@ impl Emitters {
             let mut packed = Emitter::new(emitter);
             match &emitter.geometry {
                 Geometry::Shape => {}
+                Geometry::Kuge { curves, .. } | Geometry::Uniform { curves, .. } => {
+                    [packed.first, packed.end] = all.regions.extend(curves);
+                }
                 Geometry::Tree(tree) => {
                     [packed.first, packed.end] = all.regions.extend(&tree.nodes);
                     [packed.first_detail, _] = all.details.extend(&tree.handles);

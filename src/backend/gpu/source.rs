@@ -2,8 +2,11 @@
 
 use super::layout::BOX_COUNT_BITS;
 use crate::brdf::ltc::{ALPHA_MIN, Table};
+use crate::kernel::curve::NEAREST_IMAGE;
 use crate::kernel::horizon::MARGIN;
 use crate::kernel::map::FOOT_LIMIT;
+use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
+use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
 use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SLACK};
 
@@ -29,9 +32,12 @@ const LIGHTS: &[&str] = files!("types" "ltc" "frame" "map" "edge" "horizon" "sha
 
 /// What evaluates the integrals of a technique: the function `gather`.
 fn technique(name: &str) -> &'static [&'static str] {
-    // The other techniques bring their own files.
-    let _ = name;
-    files!("tree" "gather_tree")
+    match name {
+        "kuge" => files!("curve" "roots" "subdivide" "gather_kuge"),
+        "uniform" => files!("curve" "polygon" "gather_uniform"),
+        // The other techniques bring their own files.
+        _ => files!("tree" "gather_tree"),
+    }
 }
 
 fn concatenate(name: &'static str, files: &[&[&str]]) -> Source {
@@ -71,6 +77,10 @@ fn constants() -> String {
         ("SEGMENT", SEGMENT),
         ("CUBIC", CUBIC),
         ("DEEPEST", DEEPEST),
+        ("ROOT_STEPS", ROOT_STEPS),
+        ("START_LEVEL", START_LEVEL),
+        ("INTERVALS", INTERVALS),
+        ("HALVINGS", HALVINGS),
         ("NO_TEXTURE", NO_TEXTURE),
         ("BOX_COUNT_BITS", BOX_COUNT_BITS),
         ("SKIP_ROWS", SKIP_ROWS),
@@ -84,6 +94,10 @@ fn constants() -> String {
         ("SLACK", SLACK),
         ("MARGIN", MARGIN),
         ("FOOT_LIMIT", FOOT_LIMIT as f32),
+        ("NEAREST_IMAGE", NEAREST_IMAGE),
+        ("ROOT_NOISE", ROOT_NOISE),
+        ("DIFFUSE_EPS", DIFFUSE_EPS),
+        ("SPECULAR_EPS", SPECULAR_EPS),
     ];
     for (name, value) in floats {
         code += &format!("const {name}: f32 = {value:e};\n");
