@@ -2,6 +2,7 @@
 
 use super::{BackendError, Technique};
 use crate::light::picture::Picture;
+use crate::light::simple::{Face, Facing, faces};
 use crate::light::tree::{Tree, TreeError};
 use crate::light::{AreaLight, Form, Layer, Placement, Square};
 use crate::scene::Scene;
@@ -24,6 +25,8 @@ pub struct Emitter {
     pub two_sided: bool,
     /// What the light is as a body.
     pub form: Form,
+    /// How the region turns to the point that it shines on.
+    pub facing: Facing,
     /// The region.
     pub shape: Shape,
     /// The square that the region is normalised to.
@@ -53,22 +56,24 @@ impl Geometry {
 }
 
 impl Emitter {
-    fn new(scene: &Scene, index: usize, layer: &Layer, technique: &Technique) -> Result<Self, BackendError> {
+    fn new(scene: &Scene, index: usize, face: Face, technique: &Technique) -> Result<Self, BackendError> {
         let light: &AreaLight = &scene.lights[index];
         let named = |source| BackendError::Light { light: light.name.clone(), source };
-        let mut placement = light.placement;
+        let Face { layer, mut placement, facing } = face;
         placement.origin -= scene.camera.position;
         Ok(Self {
             light: index,
             placement,
             radiance: layer.radiance.as_vec3(),
             opacity: layer.opacity as f32,
-            two_sided: light.two_sided,
+            // What a rim hides is seen from behind.
+            two_sided: light.two_sided || matches!(facing, Facing::End { .. }),
             form: light.form,
-            shape: layer.shape.clone(),
+            facing,
             square: Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?,
-            picture: layer.picture.clone(),
-            geometry: Geometry::new(layer, technique).map_err(named)?,
+            geometry: Geometry::new(&layer, technique).map_err(named)?,
+            picture: layer.picture,
+            shape: layer.shape,
         })
     }
 
@@ -85,6 +90,7 @@ impl Emitter {
             opacity: 1.0,
             two_sided: false,
             form: Form::Outline,
+            facing: Facing::Fixed,
             square: Square::around(layer.shape.bounds()).ok_or(TreeError::NoArea)?,
             picture: None,
             geometry: Geometry::new(&layer, technique)?,
@@ -98,12 +104,15 @@ impl Emitter {
     }
 }
 
-/// One emitter for each layer of each light, relative to the camera.
+/// The emitters of all lights, relative to the camera: one for each layer of an outline, one or more for a body.
 pub fn emitters(scene: &Scene, technique: &Technique) -> Result<Vec<Emitter>, BackendError> {
     let mut emitters = Vec::new();
     for (index, light) in scene.lights.iter().enumerate() {
         for layer in &light.layers {
-            emitters.push(Emitter::new(scene, index, layer, technique)?);
+            let faces = faces(light, layer).into_iter();
+            for face in faces.take(if technique.takes_bodies_whole() { 1 } else { usize::MAX }) {
+                emitters.push(Emitter::new(scene, index, face, technique)?);
+            }
         }
     }
     Ok(emitters)

@@ -8,6 +8,7 @@ pub mod gather;
 pub mod gpu;
 pub mod prepared;
 mod sight;
+mod silhouette;
 pub mod technique;
 
 use crate::film::Film;

@@ -6,10 +6,10 @@
 //! right plane. All of them are affine images of shapes that stay the same, so each has one tree. The geometry is
 //! [`crate::kernel::body`].
 
-use super::{Form, Placement};
+use super::{AreaLight, Form, Layer, Placement};
 use crate::shape::Shape;
 use core::f64::consts::{PI, TAU};
-use glam::{DAffine2, DVec2};
+use glam::{DAffine2, DVec2, DVec3};
 
 /// Cubics of a disc or ellipse: the light is this outline, to every technique.
 const DISC_ARCS: u32 = 4;
@@ -86,34 +86,40 @@ pub enum Facing {
 /// A part of a light that is flat as each point sees it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Face {
-    /// Its outline, light space.
-    pub shape: Shape,
+    /// Its outline in light space, and what it sends out.
+    pub layer: Layer,
     /// Light space to world space. That of the whole light, but for a tube's caps.
     pub placement: Placement,
     /// How it turns.
     pub facing: Facing,
 }
 
-/// The faces by which a light with one `shape` shines: a body's first face is its silhouette.
+/// The faces by which one layer of a light shines. The first of a body is that of its round surface.
 ///
 /// A tube has five: the side, what both rims add to it, and the caps.
-pub fn faces(form: &Form, placement: &Placement, shape: &Shape) -> Vec<Face> {
-    let face = |shape: Shape, placement: Placement, facing: Facing| Face { shape, placement, facing };
-    match *form {
-        Form::Outline | Form::Rectangle | Form::Disc => vec![face(shape.clone(), *placement, Facing::Fixed)],
-        Form::Sphere { radius } => vec![face(shape.clone(), *placement, Facing::Sphere { radius })],
+pub fn faces(light: &AreaLight, layer: &Layer) -> Vec<Face> {
+    let placement = light.placement;
+    let own = |facing: Facing| Face { layer: layer.clone(), placement, facing };
+    match light.form {
+        Form::Outline | Form::Rectangle | Form::Disc => vec![own(Facing::Fixed)],
+        Form::Sphere { radius } => vec![own(Facing::Sphere { radius })],
         Form::Tube { radius, length } => {
-            let (scaled, half) = (DAffine2::from_scale(DVec2::splat(radius)), 0.5 * length);
-            let end = |at: f64| face(Shape::half_disc(BODY_ARCS).transformed(scaled), *placement, Facing::End { radius, at });
-            let mut faces = vec![face(shape.clone(), *placement, Facing::Side { radius }), end(half), end(-half)];
-            let Placement { origin, x, y } = *placement;
+            let scaled = |shape: Shape| Layer {
+                shape: shape.transformed(DAffine2::from_scale(DVec2::splat(radius))),
+                ..layer.clone()
+            };
+            let (half, rim, disc) =
+                (0.5 * length, scaled(Shape::half_disc(BODY_ARCS)), scaled(Shape::disc(BODY_ARCS)));
+            let end = |at: f64| Face { layer: rim.clone(), placement, facing: Facing::End { radius, at } };
+            // y × z points along the axis, −y × z against it.
+            let Placement { origin, x, y } = placement;
             let z = x.cross(y) / x.length();
-            for (at, x) in [(half, y), (-half, -y)] {
-                // y × z points along the axis, −y × z against it.
-                let cap = Placement { origin: origin + placement.x * at, x, y: z };
-                faces.push(face(Shape::disc(BODY_ARCS).transformed(scaled), cap, Facing::Fixed));
-            }
-            faces
+            let cap = |at: f64, x: DVec3| Face {
+                layer: disc.clone(),
+                placement: Placement { origin: origin + placement.x * at, x, y: z },
+                facing: Facing::Fixed,
+            };
+            vec![own(Facing::Side { radius }), end(half), end(-half), cap(half, y), cap(-half, -y)]
         }
     }
 }

@@ -5,6 +5,7 @@ use crate::backend::emitter::{self, Geometry};
 use crate::backend::prepared::Prepared;
 use crate::backend::{Horizons, Technique};
 use crate::kernel::surface::Rays;
+use crate::light::simple::Facing;
 use crate::light::{Form, Square};
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec2, Vec3, Vec4};
@@ -79,11 +80,11 @@ pub struct Emitter {
     pub radiance: Vec3,
     /// 1 where the back emits as well.
     pub two_sided: u32,
-    /// What the light is as a body: 0 outline, 1 rectangle, 2 disc, 3 sphere, 4 tube.
+    /// What it is: 0 outline, 1 rectangle, 2 disc, 3 sphere, 4 tube; 5 the rim of a tube's end. From 3 on it turns to the point.
     pub form: u32,
     /// Of a sphere or tube, in halves of the square's side.
     pub radius: f32,
-    /// Of a tube, in halves of the square's side.
+    /// Of a tube; of a rim, its place on the axis. In halves of the square's side.
     pub length: f32,
     /// Index of its picture or [`NO_PICTURE`].
     pub picture: u32,
@@ -98,12 +99,14 @@ impl Emitter {
         let (placement, Square { center, half }) = (&emitter.placement, emitter.square);
         let (x, y) = (placement.x * half, placement.y * half);
         let in_square = |length: f64| (length / half) as f32;
-        let (form, radius, length) = match emitter.form {
-            Form::Outline => (0, 0.0, 0.0),
-            Form::Rectangle => (1, 0.0, 0.0),
-            Form::Disc => (2, 0.0, 0.0),
-            Form::Sphere { radius } => (3, in_square(radius), 0.0),
-            Form::Tube { radius, length } => (4, in_square(radius), in_square(length)),
+        let (form, radius, length) = match (emitter.facing, emitter.form) {
+            (Facing::Fixed, Form::Outline) => (0, 0.0, 0.0),
+            (Facing::Fixed, Form::Rectangle) => (1, 0.0, 0.0),
+            (Facing::Fixed, _) => (2, 0.0, 0.0),
+            (Facing::Sphere { radius }, _) => (3, in_square(radius), 0.0),
+            (Facing::Side { radius }, Form::Tube { length, .. }) => (4, in_square(radius), in_square(length)),
+            (Facing::Side { radius }, _) => (4, in_square(radius), 0.0),
+            (Facing::End { radius, at }, _) => (5, in_square(radius), in_square(at)),
         };
         Self {
             x: x.as_vec3(),
@@ -260,6 +263,8 @@ pub struct Features {
     pub specular: bool,
     /// Some material has a texture.
     pub textures: bool,
+    /// Some light is a sphere or a tube.
+    pub bodies: bool,
     /// Specular lobes are clipped at the true horizon.
     pub true_horizon: bool,
     /// Name of the technique.
@@ -281,6 +286,7 @@ impl Features {
             textures: materials.iter().any(|m| {
                 [m.base_color_texture, m.metallic_roughness_texture, m.normal_texture].iter().any(|&t| t != none)
             }),
+            bodies: prepared.emitters.iter().any(|e| e.form.is_body()),
             true_horizon: prepared.horizons == Horizons::Both,
             technique: prepared.technique.name(),
         }
