@@ -4,11 +4,18 @@
 // Whether any light is a sphere or a tube.
 override BODIES: bool = true;
 
-// Kinds of emitter that turn to the point: the silhouettes of a sphere and of a tube's side, and what the rim of a tube's end
-// adds to the side or hides of it.
+// Kinds of emitter: whole bodies; and from FORM_FACING_SPHERE on those that turn to the point, the silhouettes of a sphere
+// and of a tube's side, and what the rim of a tube's end adds to the side or hides of it.
 const FORM_SPHERE: u32 = 3u;
-const FORM_SIDE: u32 = 4u;
-const FORM_END: u32 = 5u;
+const FORM_TUBE: u32 = 4u;
+const FORM_FACING_SPHERE: u32 = 5u;
+const FORM_SIDE: u32 = 6u;
+const FORM_END: u32 = 7u;
+
+// Whether the emitter is a body, which has no back.
+fn is_whole(emitter: Emitter) -> bool {
+    return BODIES && (emitter.form == FORM_SPHERE || emitter.form == FORM_TUBE);
+}
 
 // The images of an emitter that turns to the point; its front is 0 where the emitter does not reach there.
 fn body_images(shading: ShadingFrame, emitter: Emitter, position: vec3f) -> Images {
@@ -17,7 +24,7 @@ fn body_images(shading: ShadingFrame, emitter: Emitter, position: vec3f) -> Imag
     let unit = power_of_two_unit(max(largest.x, max(largest.y, largest.z)));
     let center = to_center * unit;
     let x = emitter.x * unit;
-    if emitter.form == FORM_SPHERE {
+    if emitter.form == FORM_FACING_SPHERE {
         return facing_disc(shading, emitter, center, length(x));
     }
     return facing_tube(shading, emitter, center, x);

@@ -39,7 +39,7 @@ fn power_of_two_unit(largest: f32) -> f32 {
 
 // The light's images, from its axes and middle in world space relative to the point.
 fn light_images(shading: ShadingFrame, emitter: Emitter, position: vec3f) -> Images {
-    if BODIES && emitter.form >= FORM_SPHERE {
+    if BODIES && emitter.form >= FORM_FACING_SPHERE {
         return body_images(shading, emitter, position);
     }
     let center = emitter.center - position;

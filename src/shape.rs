@@ -99,11 +99,16 @@ impl CubicBez {
     }
 
     /// Calls `visit(x, direction)` for every crossing with the horizontal through `y`: +1 where the curve comes
-    /// up through it, −1 where it goes down.
+    /// up through it, −1 where it goes down. See [`Self::crossing_parameters`].
+    pub fn crossings(&self, y: f64, mut visit: impl FnMut(f64, i32)) {
+        self.crossing_parameters(y, |t, direction| visit(self.eval(t).x, direction));
+    }
+
+    /// Calls `visit(t, direction)` for every crossing with the horizontal through `y`, in the order of the curve.
     ///
     /// A point counts as below when its height is `<= y`, for the curve's ends to the bit, so along a closed
     /// contour the directions always add to nothing, whatever lies on the line.
-    pub fn crossings(&self, y: f64, mut visit: impl FnMut(f64, i32)) {
+    pub fn crossing_parameters(&self, y: f64, mut visit: impl FnMut(f64, i32)) {
         let h = self.points().map(|p| p.y);
         let below = h.map(|v| v <= y);
         if below == [below[0]; 4] {
@@ -139,7 +144,7 @@ impl CubicBez {
                 }
                 t = next;
             }
-            visit(self.eval(t).x, direction);
+            visit(t, direction);
         }
     }
 
@@ -323,7 +328,12 @@ impl Shape {
                 end = c.p3;
             }
         }
-        Ok(Self { contours: contours.into_iter().map(|curves| Contour { curves }).collect() })
+        Ok(Self::of_closed(contours))
+    }
+
+    /// Contours known to be closed and finite.
+    pub(crate) fn of_closed(contours: Vec<Vec<CubicBez>>) -> Self {
+        Self { contours: contours.into_iter().map(|curves| Contour { curves }).collect() }
     }
 
     /// The axis-aligned rectangle from `min` to `max`.

@@ -15,6 +15,8 @@ use tiny_skia::{FillRule, Mask, Path, PathBuilder, Transform};
 const CHORDS: u32 = 64;
 /// Nearest visible distance over the light's own size.
 const NEAR: f64 = 1e-4;
+/// How far outlines are drawn, in halves of the picture from its middle: tiny-skia's numbers are f32.
+const FAR_OUT: f64 = 16.0;
 
 /// What the lights put in the picture.
 pub struct Sight {
@@ -64,7 +66,7 @@ impl Outline<'_> {
 pub fn see(prepared: &Prepared, surfaces: &Surfaces<'_>, settings: &Settings) -> Sight {
     let pixels = settings.width as usize * settings.height as usize;
     let mut sight = Sight { emission: vec![Vec3::ZERO; pixels], through: vec![1.0; pixels] };
-    let lights: Vec<&[Emitter]> = prepared.emitters.chunk_by(|a, b| a.light == b.light).collect();
+    let lights: Vec<&[Emitter]> = prepared.layers.chunk_by(|a, b| a.light == b.light).collect();
     let outlines: Vec<_> = lights.par_iter().filter_map(|layers| outline(prepared, settings, layers)).collect();
     if outlines.is_empty() {
         return sight;
@@ -154,12 +156,17 @@ fn projected(
     let to_pixel = |p: DVec3| {
         let depth = p.dot(forward);
         let ndc = DVec2::new(p.dot(right) / right.length_squared(), -p.dot(up) / up.length_squared()) / depth;
-        // Far outside the picture, where only the direction matters; tiny-skia's numbers are f32.
-        ((ndc + 1.0) * 0.5 * size).clamp(-16.0 * size, 17.0 * size)
+        (ndc + 1.0) * 0.5 * size
     };
+    // Inside is where the sides of a wide pyramid are positive, and before the camera.
+    let side = |axis: DVec3| forward * FAR_OUT + axis / axis.length_squared();
+    let planes = [(forward, near), (side(right), 0.0), (side(-right), 0.0), (side(up), 0.0), (side(-up), 0.0)];
     let mut path = PathBuilder::new();
-    for polygon in polygons {
-        for (i, p) in clip_near(&polygon, forward, near).into_iter().map(to_pixel).enumerate() {
+    for mut polygon in polygons {
+        for (normal, distance) in planes {
+            polygon = clip(polygon, normal, distance);
+        }
+        for (i, p) in polygon.into_iter().map(to_pixel).enumerate() {
             if i == 0 { path.move_to(p.x as f32, p.y as f32) } else { path.line_to(p.x as f32, p.y as f32) }
         }
         path.close();
@@ -180,12 +187,16 @@ fn chords(curve: &CubicBez) -> impl Iterator<Item = DVec2> {
     (0..n).map(move |i| curve.eval(f64::from(i) / f64::from(n)))
 }
 
-/// The part of a polygon at least `near` in front of the camera (Sutherland, Hodgman 1974).
-fn clip_near(points: &[DVec3], forward: DVec3, near: f64) -> Vec<DVec3> {
+/// The part of a polygon where p·normal is at least `distance` (Sutherland, Hodgman 1974).
+fn clip(points: Vec<DVec3>, normal: DVec3, distance: f64) -> Vec<DVec3> {
+    let height = |p: DVec3| p.dot(normal) - distance;
+    if points.iter().all(|&p| height(p) >= 0.0) {
+        return points;
+    }
     let mut out = Vec::with_capacity(points.len());
     for (i, &p) in points.iter().enumerate() {
         let q = points[(i + 1) % points.len()];
-        let (dp, dq) = (p.dot(forward) - near, q.dot(forward) - near);
+        let (dp, dq) = (height(p), height(q));
         if dp >= 0.0 {
             out.push(p);
         }

@@ -8,6 +8,7 @@ mod fit;
 mod inspect;
 mod lights;
 mod probe;
+mod progress;
 mod render;
 mod technique;
 mod values;

@@ -3,9 +3,9 @@
 use super::lights::{Source, Style};
 use super::technique::TechniqueArgs;
 use super::values::{Color, finite, hex, positive, radiance, unit};
-use super::{json, label, say, warn};
+use super::{json, label, progress, say, warn};
 use crate::backend::cpu::CpuBackend;
-use crate::backend::{Backend, BackendError, Rendering, Settings, Stats, Technique};
+use crate::backend::{Backend, BackendError, Rendering, Settings, Stats, Technique, reference};
 use crate::error::Error;
 use crate::film::{Display, Film, Format, Pending, ToneMap, check_writable};
 use crate::scene::preset::{PresetOptions, sign};
@@ -168,6 +168,9 @@ fn scene(args: &Args) -> Result<Scene, Error> {
 }
 
 fn render(scene: &Scene, settings: &Settings, backend: BackendArg) -> Result<Rendering, BackendError> {
+    if let (Technique::Reference(sampling), BackendArg::Auto | BackendArg::Cpu) = (&settings.technique, backend) {
+        return progress::shown("sampling", |report| reference::render(scene, settings, sampling, report));
+    }
     if backend == BackendArg::Cpu || settings.technique.is_cpu_only() && backend == BackendArg::Auto {
         return CpuBackend.render(scene, settings);
     }

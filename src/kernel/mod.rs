@@ -6,10 +6,17 @@
 //! integrals are normalised: a full hemisphere gives 1.
 
 pub mod body;
+pub mod curve;
 pub mod edge;
 pub mod frame;
 pub mod horizon;
 pub mod map;
+pub mod mosaic;
+pub mod picture;
+pub mod polygon;
+pub mod quad;
 pub mod reflect;
+pub mod roots;
+pub mod subdivide;
 pub mod surface;
 pub mod tree;

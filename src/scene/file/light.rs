@@ -40,8 +40,7 @@ const COMMON: [&str; 9] =
     ["position", "rotation", "scale", "radiance", "power", "luminance", "color", "two_sided", "fill_rule"];
 
 /// What can shine: the key that says so, the keys that go with it, and how it is read.
-type Kind =
-    (&'static str, &'static [&'static str], fn(&Source<'_, '_>, &mut Vec<Warning>) -> Result<Art, SceneError>);
+type Kind = (&'static str, &'static [&'static str], fn(&Source<'_, '_>, &mut Vec<Warning>) -> Result<Art, SceneError>);
 
 const KINDS: [Kind; 4] = [
     ("path", &["path"], from_path),
