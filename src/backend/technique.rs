@@ -122,6 +122,11 @@ impl Technique {
         }
     }
 
+    /// Whether it takes a sphere or tube for what it is, and not for the faces that it shows each point.
+    pub const fn takes_bodies_whole(&self) -> bool {
+        matches!(self, Self::Representative | Self::Reference(_))
+    }
+
     /// Its name without parameters.
     pub const fn name(&self) -> &'static str {
         match self {

@@ -24,6 +24,7 @@ mod preset;
 mod scene;
 mod shaders;
 mod shape;
+mod simple;
 mod svg;
 mod svg_hostile;
 mod text;
