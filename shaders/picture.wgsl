@@ -4,9 +4,6 @@
 @group(0) @binding(10) var<storage, read> picture_levels: array<Level>;
 @group(0) @binding(11) var<storage, read> picture_texels: array<vec2u>;
 
-// Whether any emitter has a picture.
-override PICTURES: bool = true;
-
 // Places beyond this (tree space) are as far as the edge of any picture.
 const FARTHEST_PLACE: f32 = 1e6;
 const WIDEST_VARIANCE: f32 = 3e38;

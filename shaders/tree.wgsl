@@ -60,20 +60,34 @@ fn budget_accept(budget: ptr<function, Budget>, bound: f32, tolerance: f32) -> b
     return false;
 }
 
-// k*m0 + grad k*m1 + 1/2 H:m2.
-fn region_integral(map: CosineMap, e: Expansion, i: u32) -> f32 {
+// k, grad k and the parts of H that go with the moments m0, m1 and m2.
+struct Derivatives {
+    value: f32,
+    gradient: vec2f,
+    curvature: vec3f,
+}
+
+// The kernel and its derivatives at the centre, times the factors of Taylor's series.
+fn expansion_derivatives(map: CosineMap, e: Expansion) -> Derivatives {
     let z = e.dir.z;
     let z0 = map.c0.z * e.inv;
     let z1 = map.c1.z * e.inv;
     let b0 = dot(map.c0, e.dir) * e.inv;
     let b1 = dot(map.c1, e.dir) * e.inv;
     let inv2 = e.inv * e.inv;
-    let gradient = (z0 - 4.0 * z * b0) * nodes[i].m1[0] + (z1 - 4.0 * z * b1) * nodes[i].m1[1];
     let h00 = 6.0 * z * b0 * b0 - 2.0 * z0 * b0 - z * map.gram.x * inv2;
     let h01 = 6.0 * z * b0 * b1 - z0 * b1 - z1 * b0 - z * map.gram.y * inv2;
     let h11 = 6.0 * z * b1 * b1 - 2.0 * z1 * b1 - z * map.gram.z * inv2;
-    let curvature = 2.0 * (h00 * nodes[i].m2[0] + h11 * nodes[i].m2[2]) + 4.0 * h01 * nodes[i].m2[1];
-    return e.scale * (z * nodes[i].m0 + gradient + curvature);
+    let gradient = vec2f(z0 - 4.0 * z * b0, z1 - 4.0 * z * b1) * e.scale;
+    return Derivatives(e.scale * z, gradient, vec3f(2.0 * h00, 4.0 * h01, 2.0 * h11) * e.scale);
+}
+
+// k*m0 + grad k*m1 + 1/2 H:m2.
+fn region_integral(map: CosineMap, e: Expansion, i: u32) -> f32 {
+    let d = expansion_derivatives(map, e);
+    let first = d.gradient.x * nodes[i].m1[0] + d.gradient.y * nodes[i].m1[1];
+    let second = d.curvature.x * nodes[i].m2[0] + d.curvature.y * nodes[i].m2[1] + d.curvature.z * nodes[i].m2[2];
+    return d.value * nodes[i].m0 + first + second;
 }
 
 // Where a box lies with respect to all horizons.

@@ -94,6 +94,13 @@ struct Handles {
     low2: vec2f,
 }
 
+struct Curve {
+    p0: vec2f,
+    p1: vec2f,
+    p2: vec2f,
+    p3: vec2f,
+}
+
 struct Quad {
     half: vec2f,
     low: vec2f,

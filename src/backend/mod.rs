@@ -7,7 +7,9 @@ pub mod gather;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod prepared;
+pub mod reference;
 mod sight;
+mod silhouette;
 pub mod technique;
 
 use crate::film::Film;
@@ -81,6 +83,16 @@ pub struct LightStats {
     pub no_lobe: u64,
 }
 
+impl LightStats {
+    /// Counts another's integrals as this one's.
+    fn add(&mut self, other: &Self) {
+        self.candidates += other.candidates;
+        self.behind += other.behind;
+        self.below_horizon += other.below_horizon;
+        self.no_lobe += other.no_lobe;
+    }
+}
+
 /// Most pixels of a picture: some 6 GB of layers.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
@@ -103,6 +115,17 @@ pub enum BackendError {
     /// The tolerance is not a positive number.
     #[error("tolerance {0} is not a positive number")]
     Tolerance(f32),
+    /// The Monte Carlo reference cannot sample so.
+    #[error(
+        "{spp} light samples per pixel until the error is {max_error:?}: must be 1 to {}, the error positive",
+        technique::MAX_SPP
+    )]
+    Sampling {
+        /// Asked samples.
+        spp: u32,
+        /// Asked error.
+        max_error: Option<f32>,
+    },
     /// A light has no area.
     #[error("light `{light}`: {source}")]
     Light {
@@ -110,6 +133,12 @@ pub enum BackendError {
         light: String,
         /// What is wrong with its shape.
         source: crate::light::tree::TreeError,
+    },
+    /// The yardstick integrates regions of one colour.
+    #[error("light `{light}` has a picture, which technique `exact` cannot integrate; `reference` can")]
+    Picture {
+        /// Name of the light.
+        light: String,
     },
     /// A corner of a surface is no place that 32-bit floats can compute with.
     #[error("triangle {triangle}: its corner at {position} is beyond ±{limit:e} m from the camera")]

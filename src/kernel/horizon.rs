@@ -114,6 +114,16 @@ impl Clip {
             (Side::Cut, Side::Cut) => Some(Self::Two(Horizon::pair(map, lobe, truth))),
         }
     }
+
+    /// The planes that cut it.
+    #[inline]
+    pub fn planes(&self) -> &[Horizon] {
+        match self {
+            Self::None => &[],
+            Self::One(one) => one,
+            Self::Two(two) => two,
+        }
+    }
 }
 
 impl TrueHorizon {

@@ -4,19 +4,27 @@
 
 mod backends;
 mod brdf;
+mod browser;
 mod cases;
 mod cli;
+mod compare;
 mod film;
 mod fonts;
 mod kernel;
 mod mask;
 mod mesh;
+mod metrics;
+mod mosaic;
+mod page;
+mod paint;
 mod painter;
+mod polygon;
 mod prefilter;
 mod preset;
 mod scene;
 mod shaders;
 mod shape;
+mod simple;
 mod svg;
 mod svg_hostile;
 mod text;

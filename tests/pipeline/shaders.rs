@@ -6,6 +6,8 @@ use core::mem::offset_of;
 use glyphlight::backend::gpu::layout::{Box, Emitter, Frame, MeterPoint, Pixel, Reading};
 use glyphlight::backend::gpu::source::{Source, gbuffer, light, meter};
 use glyphlight::backend::technique::NAMES;
+use glyphlight::kernel::curve::Curve;
+use glyphlight::kernel::mosaic::Tile;
 use glyphlight::kernel::picture::Level;
 use glyphlight::kernel::quad::Quad;
 use glyphlight::kernel::surface::{Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle};
@@ -16,7 +18,7 @@ use wgpu::naga::{Module, TypeInner, front::wgsl};
 
 fn validate(code: &str) -> Result<Module, String> {
     let module = wgsl::parse_str(code).map_err(|e| e.emit_to_string(code))?;
-    Validator::new(ValidationFlags::all(), Capabilities::empty())
+    Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32)
         .validate(&module)
         .map_err(|e| e.emit_to_string(code))?;
     Ok(module)
@@ -81,8 +83,10 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
             form radius length picture),
         layout!(Node: center half a b m0 m1 m2 area link),
         layout!(Handles: p1 p2 low1 low2),
+        layout!(Curve: p0 p1 p2 p3),
         layout!(Quad: half low),
         layout!(Level: low per_unit offset size variance coarser),
+        layout!(Tile: center half mean skip m1_x first_node m1_y end_node m2_xx first_handles m2_xy deviation m2_yy deviation_3),
         layout!(Box: low skip high triangles),
         layout!(Pixel: diffuse samples specular nodes),
         layout!(MeterPoint: position emitter normal alpha view tolerance),

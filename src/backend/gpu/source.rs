@@ -2,8 +2,11 @@
 
 use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
 use crate::brdf::ltc::{ALPHA_MIN, Table};
+use crate::kernel::curve::NEAREST_IMAGE;
 use crate::kernel::horizon::MARGIN;
 use crate::kernel::map::FOOT_LIMIT;
+use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
+use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
 use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SLACK};
 
@@ -25,14 +28,16 @@ macro_rules! files {
 }
 
 /// What every technique needs to find its integrals.
-const LIGHTS: &[&str] = files!("types" "ltc" "frame" "map" "edge" "horizon" "picture" "shade");
+const LIGHTS: &[&str] = files!("types" "ltc" "frame" "body" "map" "edge" "horizon" "shade");
 
 /// What evaluates the integrals of a technique: the function `gather`.
 fn technique(name: &str) -> &'static [&'static str] {
     match name {
-        "quad" => files!("quad" "gather_quad"),
-        // The other techniques bring their own files.
-        _ => files!("tree" "gather_tree"),
+        "kuge" => files!("curve" "roots" "subdivide" "picture" "gather_kuge"),
+        "uniform" => files!("curve" "polygon" "picture" "gather_uniform"),
+        "quad" => files!("quad" "picture" "gather_quad"),
+        "textured" => files!("tree" "picture" "gather_textured"),
+        _ => files!("tree" "mosaic" "gather_tree"),
     }
 }
 
@@ -53,12 +58,13 @@ pub fn gbuffer() -> Source {
 }
 
 /// Shading by the technique of that name: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR`, `TEXTURES`,
-/// `PICTURES` and `TRUE_HORIZON`.
+/// `PICTURES`, `BODIES` and `TRUE_HORIZON`.
 pub fn light(name: &str) -> Source {
     concatenate("light", &[LIGHTS, technique(name), files!("surface" "reflect" "nearest" "light")])
 }
 
-/// The light meter of the technique of that name: `read_meter`, with the overrides `PICTURES` and `TRUE_HORIZON`.
+/// The light meter of the technique of that name: `read_meter`, with the overrides `PICTURES`, `BODIES` and
+/// `TRUE_HORIZON`.
 pub fn meter(name: &str) -> Source {
     concatenate("meter", &[LIGHTS, technique(name), files!("meter")])
 }
@@ -73,6 +79,10 @@ fn constants() -> String {
         ("SEGMENT", SEGMENT),
         ("CUBIC", CUBIC),
         ("DEEPEST", DEEPEST),
+        ("ROOT_STEPS", ROOT_STEPS),
+        ("START_LEVEL", START_LEVEL),
+        ("INTERVALS", INTERVALS),
+        ("HALVINGS", HALVINGS),
         ("NO_TEXTURE", NO_TEXTURE),
         ("NO_PICTURE", NO_PICTURE),
         ("BOX_COUNT_BITS", BOX_COUNT_BITS),
@@ -87,6 +97,10 @@ fn constants() -> String {
         ("SLACK", SLACK),
         ("MARGIN", MARGIN),
         ("FOOT_LIMIT", FOOT_LIMIT as f32),
+        ("NEAREST_IMAGE", NEAREST_IMAGE),
+        ("ROOT_NOISE", ROOT_NOISE),
+        ("DIFFUSE_EPS", DIFFUSE_EPS),
+        ("SPECULAR_EPS", SPECULAR_EPS),
     ];
     for (name, value) in floats {
         code += &format!("const {name}: f32 = {value:e};\n");
