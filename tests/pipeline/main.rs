@@ -6,6 +6,7 @@ mod backends;
 mod brdf;
 mod cases;
 mod cli;
+mod edges;
 mod film;
 mod fonts;
 mod kernel;
