@@ -178,7 +178,7 @@ const BREAKS: [(&str, f64, Maker); 9] = [
         let shape = blob(rng);
         Placed { c: images(m_inv, turn(rng), origin, 1.0), shape }
     }),
-    ("sixty curves in a hundred contours", 1e-5, |rng| {
+    ("a hundred curves in twenty contours", 3e-5, |rng| {
         let contours =
             (0..20).map(|i| ring(rng, p(f64::from(i % 5) * 0.4 - 0.8, f64::from(i / 5) * 0.4 - 0.6), 0.15, 5, false));
         let many = shape(contours.collect());
