@@ -1,6 +1,10 @@
 //! [`Emitter`]: an emission as the technique at hand reads it.
 
+use super::technique::Basis;
 use super::{BackendError, Technique};
+use crate::kernel::pal;
+use crate::kernel::representative::{DISC, RECTANGLE, SPHERE, Solid, TUBE};
+use crate::light::distance::Polygons;
 use crate::light::picture::Picture;
 use crate::light::tree::{Tree, TreeError};
 use crate::light::{AreaLight, Form, Layer, Placement, Square};
@@ -41,14 +45,51 @@ pub enum Geometry {
     Shape,
     /// A chord–moment tree.
     Tree(Tree),
+    /// Polygons and the basis they are projected with, one of [`crate::kernel::pal`].
+    Polygons(Polygons, u32),
+    /// A simple body, or the rectangle around the region.
+    Solid(Solid),
 }
 
 impl Geometry {
-    fn new(layer: &Layer, technique: &Technique) -> Result<Self, TreeError> {
+    fn new(
+        layer: &Layer,
+        form: Form,
+        placement: &Placement,
+        square: Square,
+        technique: &Technique,
+    ) -> Result<Self, TreeError> {
         Ok(match technique {
             Technique::Exact | Technique::Reference(_) => Self::Shape,
+            Technique::Pal { basis } => {
+                let sides = DVec2::new(placement.x.length(), placement.y.length());
+                let basis = match basis {
+                    Basis::Centred => pal::CENTRED,
+                    Basis::Weighted => pal::WEIGHTED,
+                    Basis::Biased => pal::BIASED,
+                };
+                Self::Polygons(Polygons::new(&layer.shape, square, sides / sides.max_element()), basis)
+            }
+            Technique::Representative => Self::Solid(solid(form, &layer.shape, square)),
             _ => Self::Tree(Tree::new(&layer.shape)?),
         })
+    }
+}
+
+/// A light as a body; an outline as the rectangle around it, shining by the part of it that the shape fills.
+fn solid(form: Form, shape: &Shape, square: Square) -> Solid {
+    let half = (shape.bounds().size() * (0.5 / square.half)).as_vec2();
+    let flat = |kind, coverage| Solid { half, kind, coverage };
+    let round = |kind, half: DVec2| Solid { half: (half / square.half).as_vec2(), kind, coverage: 1.0 };
+    match form {
+        Form::Outline => {
+            let whole = 4.0 * f64::from(half.x * half.y) * square.half * square.half;
+            flat(RECTANGLE, (shape.area() / whole).clamp(0.0, 1.0) as f32)
+        }
+        Form::Rectangle => flat(RECTANGLE, 1.0),
+        Form::Disc => flat(DISC, 1.0),
+        Form::Sphere { radius } => round(SPHERE, DVec2::splat(radius)),
+        Form::Tube { radius, length } => round(TUBE, DVec2::new(0.5 * length, radius)),
     }
 }
 
@@ -58,6 +99,7 @@ impl Emitter {
         let named = |source| BackendError::Light { light: light.name.clone(), source };
         let mut placement = light.placement;
         placement.origin -= scene.camera.position;
+        let square = Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?;
         Ok(Self {
             light: index,
             placement,
@@ -66,9 +108,9 @@ impl Emitter {
             two_sided: light.two_sided,
             form: light.form,
             shape: layer.shape.clone(),
-            square: Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?,
+            square,
             picture: layer.picture.clone(),
-            geometry: Geometry::new(layer, technique).map_err(named)?,
+            geometry: Geometry::new(layer, light.form, &placement, square, technique).map_err(named)?,
         })
     }
 
@@ -78,18 +120,25 @@ impl Emitter {
     /// [`TreeError`] where the shape is no region.
     pub fn of_shape(shape: Shape, technique: &Technique) -> Result<Self, TreeError> {
         let layer = Layer { shape, radiance: DVec3::ONE, opacity: 1.0, picture: None };
+        let placement = Placement { origin: DVec3::ZERO, x: DVec3::X, y: DVec3::Y };
+        let square = Square::around(layer.shape.bounds()).ok_or(TreeError::NoArea)?;
         Ok(Self {
             light: 0,
-            placement: Placement { origin: DVec3::ZERO, x: DVec3::X, y: DVec3::Y },
+            placement,
             radiance: Vec3::ONE,
             opacity: 1.0,
             two_sided: false,
             form: Form::Outline,
-            square: Square::around(layer.shape.bounds()).ok_or(TreeError::NoArea)?,
+            square,
             picture: None,
-            geometry: Geometry::new(&layer, technique)?,
+            geometry: Geometry::new(&layer, Form::Outline, &placement, square, technique)?,
             shape: layer.shape,
         })
+    }
+
+    /// Whether it is a body with a volume, which has no back.
+    pub fn is_round(&self) -> bool {
+        matches!(&self.geometry, Geometry::Solid(solid) if matches!(solid.kind, SPHERE | TUBE))
     }
 
     /// The shape as a reader behind the light sees it: mirrored in x.

@@ -7,7 +7,11 @@ use crate::brdf::ltc::Lobe;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::horizon::{Clip, Height, TrueHorizon};
 use crate::kernel::map::CosineMap;
+use crate::kernel::pal::{pal_diffuse, pal_specular};
+use crate::kernel::representative::{Body, Solid};
 use crate::kernel::tree::{Budget, tree_integral};
+use crate::light::Square;
+use crate::light::distance::Polygons;
 use crate::light::tree::Tree;
 use glam::{DVec2, DVec3};
 
@@ -45,7 +49,7 @@ impl Images {
         let p = &emitter.placement;
         let to_light = p.origin - position;
         let front = -p.normal().dot(to_light);
-        if front == 0.0 || (front < 0.0 && !emitter.two_sided) {
+        if !emitter.is_round() && (front == 0.0 || (front < 0.0 && !emitter.two_sided)) {
             return Err(Skip::Behind);
         }
         Ok(Self { c: [frame.to_local(p.x), frame.to_local(p.y), frame.to_local(to_light)], back: front < 0.0 })
@@ -77,7 +81,39 @@ impl Images {
         match &emitter.geometry {
             Geometry::Tree(tree) => self.by_tree(c, tree, lobe, tolerance, budget),
             Geometry::Shape => Ok(self.exactly(c, emitter, lobe)),
+            Geometry::Polygons(polygons, basis) => self.by_polygons(emitter.square, polygons, *basis, lobe),
+            Geometry::Solid(solid) => Ok(self.by_representative(emitter.square, solid, lobe)),
         }
+    }
+
+    /// By projected areas, or the distance from where the mirror ray goes.
+    fn by_polygons(
+        &self,
+        square: Square,
+        polygons: &Polygons,
+        basis: u32,
+        lobe: Option<&Lobe>,
+    ) -> Result<Gathered, Skip> {
+        let map = CosineMap::new(self.c, square.center, square.half).ok_or(Skip::Behind)?;
+        let integral = match lobe {
+            Some(lobe) => pal_specular(&map, polygons.view(), lobe.alpha, lobe.cos_theta),
+            None => pal_diffuse(&map, polygons.view(), basis),
+        };
+        Ok(Gathered { value: DVec3::splat(f64::from(integral.value)), visited: integral.visited })
+    }
+
+    /// By one direction that stands for the light.
+    fn by_representative(&self, square: Square, solid: &Solid, lobe: Option<&Lobe>) -> Gathered {
+        let [x, y, origin] = self.c;
+        let center = origin + x * square.center.x + y * square.center.y;
+        let (x, y) = (x * square.half, y * square.half);
+        let unit = 1.0 / center.abs().max(x.abs()).max(y.abs()).max_element();
+        let body = Body::new(solid, (center * unit).as_vec3(), (x * unit).as_vec3(), (y * unit).as_vec3());
+        let value = match lobe {
+            Some(lobe) => body.specular(lobe.alpha, lobe.cos_theta, lobe.magnitude),
+            None => body.diffuse(),
+        };
+        Gathered { value: DVec3::splat(f64::from(value * solid.coverage)), visited: 1 }
     }
 
     fn by_tree(

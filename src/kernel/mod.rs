@@ -9,6 +9,8 @@ pub mod edge;
 pub mod frame;
 pub mod horizon;
 pub mod map;
+pub mod pal;
 pub mod reflect;
+pub mod representative;
 pub mod surface;
 pub mod tree;

@@ -1,5 +1,6 @@
 //! [`AreaLight`]: shapes with emission, placed in the world.
 
+pub mod distance;
 pub mod picture;
 pub mod tree;
 

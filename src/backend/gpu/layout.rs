@@ -4,6 +4,7 @@
 use crate::backend::emitter::{self, Geometry};
 use crate::backend::prepared::Prepared;
 use crate::backend::{Horizons, Technique};
+use crate::kernel::pal::Polygon;
 use crate::kernel::surface::Rays;
 use crate::light::{Form, Square};
 use bytemuck::{Pod, Zeroable};
@@ -147,13 +148,13 @@ impl Elements {
 pub struct Emitters {
     /// The emitters.
     pub emitters: Vec<Emitter>,
-    /// The elements of all regions: nodes of trees.
+    /// The elements of all regions: nodes of trees, polygons, bodies.
     pub regions: Elements,
-    /// Their details: handles of trees.
+    /// Their details: handles of trees, edges of polygons.
     pub details: Elements,
     /// Where the pictures lie.
     pub pictures: Elements,
-    /// Texels of the pictures.
+    /// Texels of the pictures, or distances to polygons.
     pub picture_texels: Elements,
 }
 
@@ -169,6 +170,20 @@ impl Emitters {
                     [packed.first, packed.end] = all.regions.extend(&tree.nodes);
                     [packed.first_detail, _] = all.details.extend(&tree.handles);
                 }
+                Geometry::Polygons(polygons, _) => {
+                    let [edge, _] = all.details.extend(&polygons.edges);
+                    let [texel, _] = all.picture_texels.extend(&polygons.texels);
+                    let placed = |p: &Polygon| Polygon {
+                        first: p.first + edge,
+                        outer: p.outer + edge,
+                        end: p.end + edge,
+                        texels: p.texels + texel,
+                        ..*p
+                    };
+                    let placed: Vec<Polygon> = polygons.polygons.iter().map(placed).collect();
+                    [packed.first, packed.end] = all.regions.extend(&placed);
+                }
+                Geometry::Solid(solid) => [packed.first, packed.end] = all.regions.extend(&[*solid]),
             }
             all.emitters.push(packed);
         }

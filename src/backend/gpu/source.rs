@@ -6,6 +6,7 @@ use crate::kernel::horizon::MARGIN;
 use crate::kernel::map::FOOT_LIMIT;
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
 use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SLACK};
+use crate::kernel::{pal, representative};
 
 /// Rows of the skip counters: workgroups of different rows do not wait for each other.
 pub const SKIP_ROWS: u32 = 32;
@@ -29,9 +30,11 @@ const LIGHTS: &[&str] = files!("types" "ltc" "frame" "map" "edge" "horizon" "sha
 
 /// What evaluates the integrals of a technique: the function `gather`.
 fn technique(name: &str) -> &'static [&'static str] {
-    // The other techniques bring their own files.
-    let _ = name;
-    files!("tree" "gather_tree")
+    match name {
+        "pal" => files!("pal" "gather_pal"),
+        "representative" => files!("representative" "gather_representative"),
+        _ => files!("tree" "gather_tree"),
+    }
 }
 
 fn concatenate(name: &'static str, files: &[&[&str]]) -> Source {
@@ -74,6 +77,12 @@ fn constants() -> String {
         ("NO_TEXTURE", NO_TEXTURE),
         ("BOX_COUNT_BITS", BOX_COUNT_BITS),
         ("SKIP_ROWS", SKIP_ROWS),
+        ("PAL_WEIGHTED", pal::WEIGHTED),
+        ("PAL_BIASED", pal::BIASED),
+        ("SOLID_RECTANGLE", representative::RECTANGLE),
+        ("SOLID_DISC", representative::DISC),
+        ("SOLID_SPHERE", representative::SPHERE),
+        ("SOLID_TUBE", representative::TUBE),
         ("LTC_ALPHAS", alphas as u32),
         ("LTC_THETAS", thetas as u32),
     ];
@@ -84,6 +93,10 @@ fn constants() -> String {
         ("SLACK", SLACK),
         ("MARGIN", MARGIN),
         ("FOOT_LIMIT", FOOT_LIMIT as f32),
+        ("PAL_BIAS", pal::BIAS),
+        ("PAL_NEAR", pal::NEAR),
+        ("PAL_PHI", pal::PHI),
+        ("PAL_MIRROR_EXPONENT", pal::MIRROR_EXPONENT),
     ];
     for (name, value) in floats {
         code += &format!("const {name}: f32 = {value:e};\n");
