@@ -2,7 +2,6 @@
 
 @group(0) @binding(6) var<storage, read> polygons: array<Polygon>;
 @group(0) @binding(7) var<storage, read> edges: array<vec4f>;
-@group(0) @binding(11) var<storage, read> distances: array<f32>;
 
 // By projected areas, or the distance from where the mirror ray goes.
 fn gather(
@@ -22,5 +21,9 @@ fn gather(
     } else {
         integral = pal_diffuse(map, emitter.first, emitter.end, frame.choice);
     }
-    return Gathered(vec3f(integral.value), integral.visited, SKIP_NONE);
+    let gathered = Gathered(vec3f(integral.value), integral.visited, SKIP_NONE);
+    if PICTURES && emitter.picture != NO_PICTURE {
+        return painted(gathered, emitter, cosine_map(images, lobe));
+    }
+    return gathered;
 }

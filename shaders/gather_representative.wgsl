@@ -19,5 +19,9 @@ fn gather(
     } else {
         value = body_diffuse(body);
     }
-    return Gathered(vec3f(value * solid.coverage), 1u, SKIP_NONE);
+    let gathered = Gathered(vec3f(value * solid.coverage), 1u, SKIP_NONE);
+    if PICTURES && emitter.picture != NO_PICTURE {
+        return painted(gathered, emitter, cosine_map(images, lobe));
+    }
+    return gathered;
 }

@@ -1,7 +1,7 @@
 // Polygons as lights: projected areas and distances for integrals. Twin of src/kernel/pal.rs, which says what is whose.
 //
 // This file depends on the globals
-//     polygons: array<Polygon>, edges: array<vec4f> (xy from, zw to), distances: array<f32>   read-only storage
+//     polygons: array<Polygon>, edges: array<vec4f>   read-only storage; xy from, zw to, or four distances of a texture
 // and on the constants PAL_* (WEIGHTED, BIASED: u32; BIAS, NEAR, PHI, MIRROR_EXPONENT: f32), which come from there.
 
 // An outer contour with its holes.
@@ -163,7 +163,11 @@ fn distance_at(polygon: Polygon, place: vec2f) -> f32 {
     let part = at - low;
     let corner = polygon.texels + u32(low.y) * polygon.side + u32(low.x);
     let above = corner + polygon.side;
-    let lower = mix(distances[corner], distances[corner + 1u], part.x);
-    let upper = mix(distances[above], distances[above + 1u], part.x);
+    let lower = mix(texel_of(corner), texel_of(corner + 1u), part.x);
+    let upper = mix(texel_of(above), texel_of(above + 1u), part.x);
     return mix(lower, upper, part.y);
+}
+
+fn texel_of(i: u32) -> f32 {
+    return edges[i >> 2u][i & 3u];
 }

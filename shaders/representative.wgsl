@@ -7,8 +7,9 @@
 // This file depends on the constants SOLID_RECTANGLE, SOLID_DISC, SOLID_SPHERE and SOLID_TUBE (u32), the kinds, which come
 // from there.
 
-// A light by its own axes, about the middle of its square.
+// A light by its own axes, in its square.
 struct Solid {
+    center: vec2f,
     half: vec2f,
     kind: u32,
     // How much of it shines, 0..1: the part of its rectangle that a shape fills, by area.
@@ -37,7 +38,8 @@ struct Representative {
 }
 
 // From the images of the square's middle and axes.
-fn body_of(solid: Solid, center: vec3f, x: vec3f, y: vec3f) -> Body {
+fn body_of(solid: Solid, middle: vec3f, x: vec3f, y: vec3f) -> Body {
+    let center = middle + x * solid.center.x + y * solid.center.y;
     return Body(solid.kind, center, x * solid.half.x, y * solid.half.y);
 }
 

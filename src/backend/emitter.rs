@@ -1,19 +1,26 @@
 //! [`Emitter`]: an emission as the technique at hand reads it.
 
-use super::technique::Basis;
+use super::reference::region::Region;
+use super::technique::{Basis, Sampling};
 use super::{BackendError, Technique};
+use crate::kernel::curve::Curve;
 use crate::kernel::pal;
+use crate::kernel::quad::Quad;
 use crate::kernel::representative::{DISC, RECTANGLE, SPHERE, Solid, TUBE};
+use crate::light::curves::curves;
 use crate::light::distance::Polygons;
+use crate::light::mask::{extent, light_picture, shape_picture};
+use crate::light::mosaic::{CELLS, Mosaic};
 use crate::light::picture::Picture;
+use crate::light::prefilter::Prefiltered;
 use crate::light::tree::{Tree, TreeError};
 use crate::light::{AreaLight, Form, Layer, Placement, Square};
 use crate::scene::Scene;
-use crate::shape::Shape;
+use crate::shape::{Bounds, Shape};
 use glam::{DAffine2, DVec2, DVec3, Vec3};
 use std::sync::Arc;
 
-/// One emission of one light, ready for one technique.
+/// One emission of one light, ready for one technique. For `quad` it is the whole light, its layers one picture.
 #[derive(Clone, Debug)]
 pub struct Emitter {
     /// Index of the light in the scene.
@@ -34,6 +41,8 @@ pub struct Emitter {
     pub square: Square,
     /// Colours the radiance is multiplied by.
     pub picture: Option<Arc<Picture>>,
+    /// The picture as techniques without sampling read it: what the integral is multiplied by.
+    pub colors: Option<Arc<Prefiltered>>,
     /// The region as the technique reads it.
     pub geometry: Geometry,
 }
@@ -45,24 +54,65 @@ pub enum Geometry {
     Shape,
     /// A chord–moment tree.
     Tree(Tree),
+    /// Curves to subdivide.
+    Kuge {
+        /// In the emitter's square.
+        curves: Vec<Curve>,
+        /// Least contribution of a triangle that is subdivided; the paper's own where `None`.
+        eps: Option<f32>,
+    },
+    /// Curves to step along.
+    Uniform {
+        /// In the emitter's square.
+        curves: Vec<Curve>,
+        /// Edges per curve.
+        segments: u32,
+    },
+    /// The bounding rectangle.
+    Quad(Quad),
     /// Polygons and the basis they are projected with, one of [`crate::kernel::pal`].
     Polygons(Polygons, u32),
     /// A simple body, or the rectangle around the region.
     Solid(Solid),
+    /// Chord–moment trees of tiles of one colour each.
+    Mosaic(Mosaic),
+    /// A grid over the region, to be sampled.
+    Sampled {
+        /// The grid.
+        region: Region,
+        /// How it is sampled.
+        sampling: Sampling,
+    },
+}
+
+/// What a region is a part of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Whole {
+    /// What the light is as a body.
+    pub form: Form,
+    /// Where it stands.
+    pub placement: Placement,
+    /// Its longer side, light-space units.
+    pub extent: f64,
 }
 
 impl Geometry {
-    fn new(
-        layer: &Layer,
-        form: Form,
-        placement: &Placement,
-        square: Square,
-        technique: &Technique,
-    ) -> Result<Self, TreeError> {
-        Ok(match technique {
-            Technique::Exact | Technique::Reference(_) => Self::Shape,
+    /// The region of `layer` as `technique` reads it.
+    ///
+    /// # Errors
+    /// [`TreeError`] where it is none.
+    pub fn new(layer: &Layer, whole: &Whole, technique: &Technique) -> Result<Self, TreeError> {
+        let square = Square::around(layer.shape.bounds()).ok_or(TreeError::NoArea)?;
+        Ok(match *technique {
+            Technique::Tree if let Some(picture) = &layer.picture => {
+                Self::Mosaic(Mosaic::new(&layer.shape, picture, whole.extent / CELLS)?)
+            }
+            Technique::Exact => Self::Shape,
+            Technique::Reference(sampling) => Self::Sampled { region: Region::new(&layer.shape), sampling },
+            Technique::Kuge { eps } => Self::Kuge { curves: curves(&layer.shape, square), eps },
+            Technique::Uniform { segments } => Self::Uniform { curves: curves(&layer.shape, square), segments },
             Technique::Pal { basis } => {
-                let sides = DVec2::new(placement.x.length(), placement.y.length());
+                let sides = DVec2::new(whole.placement.x.length(), whole.placement.y.length());
                 let basis = match basis {
                     Basis::Centred => pal::CENTRED,
                     Basis::Weighted => pal::WEIGHTED,
@@ -70,7 +120,7 @@ impl Geometry {
                 };
                 Self::Polygons(Polygons::new(&layer.shape, square, sides / sides.max_element()), basis)
             }
-            Technique::Representative => Self::Solid(solid(form, &layer.shape, square)),
+            Technique::Representative => Self::Solid(solid(whole.form, &layer.shape, square)),
             _ => Self::Tree(Tree::new(&layer.shape)?),
         })
     }
@@ -78,9 +128,14 @@ impl Geometry {
 
 /// A light as a body; an outline as the rectangle around it, shining by the part of it that the shape fills.
 fn solid(form: Form, shape: &Shape, square: Square) -> Solid {
-    let half = (shape.bounds().size() * (0.5 / square.half)).as_vec2();
-    let flat = |kind, coverage| Solid { half, kind, coverage };
-    let round = |kind, half: DVec2| Solid { half: (half / square.half).as_vec2(), kind, coverage: 1.0 };
+    let bounds = extent(shape);
+    let half = (bounds.size() * (0.5 / square.half)).as_vec2();
+    let center = ((bounds.center() - square.center) / square.half).as_vec2();
+    let flat = |kind, coverage| Solid { center, half, kind, coverage };
+    let round = |kind, half: DVec2| {
+        let origin = (-square.center / square.half).as_vec2();
+        Solid { center: origin, half: (half / square.half).as_vec2(), kind, coverage: 1.0 }
+    };
     match form {
         Form::Outline => {
             let whole = 4.0 * f64::from(half.x * half.y) * square.half * square.half;
@@ -97,20 +152,53 @@ impl Emitter {
     fn new(scene: &Scene, index: usize, layer: &Layer, technique: &Technique) -> Result<Self, BackendError> {
         let light: &AreaLight = &scene.lights[index];
         let named = |source| BackendError::Light { light: light.name.clone(), source };
+        let bounds = light.layers.iter().map(|l| l.shape.bounds()).fold(Bounds::EMPTY, Bounds::union);
         let mut placement = light.placement;
         placement.origin -= scene.camera.position;
         let square = Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?;
+        let whole = Whole { form: light.form, placement, extent: bounds.size().max_element() };
+        let geometry = Geometry::new(layer, &whole, technique).map_err(named)?;
+        // Sampling and mosaics read the picture itself.
+        let prefilters = !matches!(geometry, Geometry::Shape | Geometry::Sampled { .. } | Geometry::Mosaic(_));
+        let colors = layer.picture.as_ref().filter(|_| prefilters).and_then(|p| colors(&layer.shape, p, &square));
+        let peak = colors.as_ref().map_or(Vec3::ONE, |c| c.peak);
         Ok(Self {
             light: index,
             placement,
-            radiance: layer.radiance.as_vec3(),
+            radiance: layer.radiance.as_vec3() * peak,
             opacity: layer.opacity as f32,
             two_sided: light.two_sided,
             form: light.form,
             shape: layer.shape.clone(),
             square,
             picture: layer.picture.clone(),
-            geometry: Geometry::new(layer, light.form, &placement, square, technique).map_err(named)?,
+            colors,
+            geometry,
+        })
+    }
+
+    /// All layers of a light as one picture on their bounding rectangle.
+    fn quad(scene: &Scene, index: usize, mask: u32) -> Result<Self, BackendError> {
+        let light: &AreaLight = &scene.lights[index];
+        let none = || BackendError::Light { light: light.name.clone(), source: TreeError::NoArea };
+        let mut placement = light.placement;
+        placement.origin -= scene.camera.position;
+        let picture = light_picture(&light.layers, mask).ok_or_else(none)?;
+        let (low, high) = (picture.low, picture.high);
+        let square = Square::around(Bounds { min: low, max: high }).ok_or_else(none)?;
+        let colors = Prefiltered::new(&picture, &square);
+        Ok(Self {
+            light: index,
+            placement,
+            radiance: colors.peak,
+            opacity: 1.0,
+            two_sided: light.two_sided,
+            form: light.form,
+            shape: Shape::rectangle(low, high),
+            square,
+            picture: Some(Arc::new(picture)),
+            colors: Some(Arc::new(colors)),
+            geometry: Geometry::Quad(Quad::new((high - low) * 0.5 / square.half)),
         })
     }
 
@@ -119,9 +207,10 @@ impl Emitter {
     /// # Errors
     /// [`TreeError`] where the shape is no region.
     pub fn of_shape(shape: Shape, technique: &Technique) -> Result<Self, TreeError> {
+        let square = Square::around(shape.bounds()).ok_or(TreeError::NoArea)?;
         let layer = Layer { shape, radiance: DVec3::ONE, opacity: 1.0, picture: None };
         let placement = Placement { origin: DVec3::ZERO, x: DVec3::X, y: DVec3::Y };
-        let square = Square::around(layer.shape.bounds()).ok_or(TreeError::NoArea)?;
+        let whole = Whole { form: Form::Outline, placement, extent: 2.0 * square.half };
         Ok(Self {
             light: 0,
             placement,
@@ -131,7 +220,8 @@ impl Emitter {
             form: Form::Outline,
             square,
             picture: None,
-            geometry: Geometry::new(&layer, Form::Outline, &placement, square, technique)?,
+            colors: None,
+            geometry: Geometry::new(&layer, &whole, technique)?,
             shape: layer.shape,
         })
     }
@@ -147,13 +237,29 @@ impl Emitter {
     }
 }
 
-/// One emitter for each layer of each light, relative to the camera.
+/// Fewest and most texels along the longer side of a shape's prefiltered picture.
+const COLOR_SIZES: [f64; 2] = [64.0, 1024.0];
+
+/// A layer's picture, prefiltered for its shape, at the picture's own resolution. `None` for a shape of no extent.
+fn colors(shape: &Shape, picture: &Picture, square: &Square) -> Option<Arc<Prefiltered>> {
+    let density = DVec2::new(f64::from(picture.width), f64::from(picture.height)) / (picture.high - picture.low);
+    let size = (extent(shape).size() * density).max_element().ceil().clamp(COLOR_SIZES[0], COLOR_SIZES[1]);
+    let on_shape = shape_picture(shape, picture, size as u32)?;
+    Some(Arc::new(Prefiltered::new(&on_shape, square)))
+}
+
+/// The emitters of all lights, relative to the camera: one for each layer, or for each light (`quad`).
 pub fn emitters(scene: &Scene, technique: &Technique) -> Result<Vec<Emitter>, BackendError> {
-    let mut emitters = Vec::new();
-    for (index, light) in scene.lights.iter().enumerate() {
-        for layer in &light.layers {
-            emitters.push(Emitter::new(scene, index, layer, technique)?);
+    let of_light = |(index, light): (usize, &AreaLight)| -> Vec<Result<Emitter, BackendError>> {
+        match *technique {
+            Technique::Quad { mask } if !light.layers.is_empty() => vec![Emitter::quad(scene, index, mask)],
+            _ => light.layers.iter().map(|layer| Emitter::new(scene, index, layer, technique)).collect(),
         }
-    }
-    Ok(emitters)
+    };
+    scene.lights.iter().enumerate().flat_map(of_light).collect()
+}
+
+/// All layers of all lights as the camera sees them: regions and pictures as they are.
+pub fn layers(scene: &Scene) -> Result<Vec<Emitter>, BackendError> {
+    emitters(scene, &Technique::Exact)
 }

@@ -136,6 +136,14 @@ pub struct Art {
 }
 
 impl Source {
+    /// The arguments, one to a line.
+    pub fn describe(&self) -> String {
+        let file = self.svg.as_ref().map(|file| file.display().to_string());
+        let given = [("text", &self.text), ("svg", &file), ("path", &self.path)];
+        let lines = given.iter().filter_map(|(name, value)| value.as_ref().map(|value| format!("{name} {value}")));
+        lines.collect::<Vec<_>>().join("\n")
+    }
+
     /// Turns the source into shapes.
     pub fn art(&self, style: &Style) -> Result<Art, Error> {
         match (&self.text, &self.svg, &self.path) {

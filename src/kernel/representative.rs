@@ -41,10 +41,12 @@ pub const SPHERE: u32 = 3;
 /// Half its axis `x`, radius |`y`|.
 pub const TUBE: u32 = 4;
 
-/// A light by its own axes, about the middle of its square.
+/// A light by its own axes, in its square.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Solid {
+    /// Its middle, in the square.
+    pub center: Vec2,
     /// Half its extent along x and y, of a tube half its length and its radius, in halves of the square's side.
     pub half: Vec2,
     /// [`RECTANGLE`], [`DISC`], [`SPHERE`] or [`TUBE`].
@@ -81,7 +83,8 @@ struct Representative {
 
 impl Body {
     /// From the images of the square's middle and axes.
-    pub fn new(solid: &Solid, center: Vec3, x: Vec3, y: Vec3) -> Self {
+    pub fn new(solid: &Solid, middle: Vec3, x: Vec3, y: Vec3) -> Self {
+        let center = middle + x * solid.center.x + y * solid.center.y;
         Self { kind: solid.kind, center, x: x * solid.half.x, y: y * solid.half.y }
     }
 

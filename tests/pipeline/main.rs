@@ -4,15 +4,22 @@
 
 mod backends;
 mod brdf;
+mod browser;
 mod cases;
 mod cli;
+mod compare;
 mod film;
 mod fonts;
 mod kernel;
 mod mask;
 mod mesh;
+mod metrics;
+mod mosaic;
+mod page;
 mod painter;
 mod pal;
+mod polygon;
+mod prefilter;
 mod preset;
 mod representative;
 mod scene;

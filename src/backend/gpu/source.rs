@@ -1,9 +1,12 @@
 //! The shaders, put together from `shaders/*.wgsl`: plain concatenation, with the constants that Rust owns in front.
 
-use super::layout::BOX_COUNT_BITS;
+use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
 use crate::brdf::ltc::{ALPHA_MIN, Table};
+use crate::kernel::curve::NEAREST_IMAGE;
 use crate::kernel::horizon::MARGIN;
 use crate::kernel::map::FOOT_LIMIT;
+use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
+use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
 use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SLACK};
 use crate::kernel::{pal, representative};
@@ -31,9 +34,13 @@ const LIGHTS: &[&str] = files!("types" "ltc" "frame" "map" "edge" "horizon" "sha
 /// What evaluates the integrals of a technique: the function `gather`.
 fn technique(name: &str) -> &'static [&'static str] {
     match name {
-        "pal" => files!("pal" "gather_pal"),
-        "representative" => files!("representative" "gather_representative"),
-        _ => files!("tree" "gather_tree"),
+        "kuge" => files!("curve" "roots" "subdivide" "picture" "gather_kuge"),
+        "uniform" => files!("curve" "polygon" "picture" "gather_uniform"),
+        "quad" => files!("quad" "picture" "gather_quad"),
+        "textured" => files!("tree" "picture" "gather_textured"),
+        "pal" => files!("pal" "picture" "gather_pal"),
+        "representative" => files!("representative" "picture" "gather_representative"),
+        _ => files!("tree" "mosaic" "gather_tree"),
     }
 }
 
@@ -53,13 +60,13 @@ pub fn gbuffer() -> Source {
     concatenate("gbuffer", &[files!("types" "raster" "gbuffer")])
 }
 
-/// Shading by the technique of that name: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR`, `TEXTURES` and
-/// `TRUE_HORIZON`.
+/// Shading by the technique of that name: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR`, `TEXTURES`,
+/// `PICTURES` and `TRUE_HORIZON`.
 pub fn light(name: &str) -> Source {
     concatenate("light", &[LIGHTS, technique(name), files!("surface" "reflect" "nearest" "light")])
 }
 
-/// The light meter of the technique of that name: `read_meter`, with the override `TRUE_HORIZON`.
+/// The light meter of the technique of that name: `read_meter`, with the overrides `PICTURES` and `TRUE_HORIZON`.
 pub fn meter(name: &str) -> Source {
     concatenate("meter", &[LIGHTS, technique(name), files!("meter")])
 }
@@ -74,7 +81,12 @@ fn constants() -> String {
         ("SEGMENT", SEGMENT),
         ("CUBIC", CUBIC),
         ("DEEPEST", DEEPEST),
+        ("ROOT_STEPS", ROOT_STEPS),
+        ("START_LEVEL", START_LEVEL),
+        ("INTERVALS", INTERVALS),
+        ("HALVINGS", HALVINGS),
         ("NO_TEXTURE", NO_TEXTURE),
+        ("NO_PICTURE", NO_PICTURE),
         ("BOX_COUNT_BITS", BOX_COUNT_BITS),
         ("SKIP_ROWS", SKIP_ROWS),
         ("PAL_WEIGHTED", pal::WEIGHTED),
@@ -97,6 +109,10 @@ fn constants() -> String {
         ("PAL_NEAR", pal::NEAR),
         ("PAL_PHI", pal::PHI),
         ("PAL_MIRROR_EXPONENT", pal::MIRROR_EXPONENT),
+        ("NEAREST_IMAGE", NEAREST_IMAGE),
+        ("ROOT_NOISE", ROOT_NOISE),
+        ("DIFFUSE_EPS", DIFFUSE_EPS),
+        ("SPECULAR_EPS", SPECULAR_EPS),
     ];
     for (name, value) in floats {
         code += &format!("const {name}: f32 = {value:e};\n");
