@@ -1,7 +1,7 @@
 //! The page of a [`Comparison`]: one file that needs no other and no network.
 
 use super::scale::ErrorScale;
-use super::table::{COLUMNS, Value, digits, values};
+use super::table::{COLUMNS, Value, brief, digits, values};
 use super::{Block, Comparison, Row};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -177,14 +177,14 @@ fn key(out: &mut String, scale: &ErrorScale) {
         out,
         "<div class=\"key\" role=\"img\" aria-label=\"Colours of the error maps: blue is too dark, orange too bright, up to {0} \
          on either side\">\n<div class=\"bar\" style=\"background:linear-gradient(90deg,{1})\"></div>\n<div class=\"ticks\">",
-        digits(scale.end),
+        brief(scale.end),
         stops.join(",")
     );
     let ticks = scale.ticks();
     for (i, &tick) in ticks.iter().enumerate() {
         let minor = if i % 2 == 1 { " class=\"minor\"" } else { "" };
         let sign = if tick > 0.0 { "+" } else if tick < 0.0 { "−" } else { "" };
-        let label = format!("{sign}{}", digits(tick.abs()));
+        let label = format!("{sign}{}", brief(tick.abs()));
         let _ = write!(out, "<span{minor} style=\"left:{:.2}%\">{label}</span>", 50.0 * (scale.place(tick) + 1.0));
     }
     out.push_str("</div>\n<p>Signed error of the worst channel, radiance in W·sr⁻¹·m⁻².</p>\n</div>\n");

@@ -1,6 +1,6 @@
 //! The table of a [`Comparison`] as Markdown, CSV and JSON.
 
-use super::{Block, Comparison, Machine, ReportError, Row};
+use super::{Block, Comparison, Machine, RectangleTime, ReportError, Row};
 use std::fmt::Write;
 
 /// What a row holds in one column.
@@ -111,6 +111,15 @@ pub(super) fn digits(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
+/// As [`digits`], without zeros at the end: for numbers that are round.
+pub(super) fn brief(value: f64) -> String {
+    let text = digits(value);
+    match text.split_once('.') {
+        Some(_) if !text.contains('e') => text.trim_end_matches('0').trim_end_matches('.').into(),
+        _ => text,
+    }
+}
+
 impl Comparison {
     /// `table.json`; see the [schema](super).
     ///
@@ -160,15 +169,16 @@ impl Comparison {
             s.width,
             s.height,
             counted(s.samples, "sample"),
-            digits(f64::from(s.tolerance)),
+            brief(f64::from(s.tolerance)),
             counted(s.repeat, "run"),
         );
-        for rectangle in &self.rectangles {
+        let on = |r: &RectangleTime| format!("{} ms/Mpixel ({})", digits(r.ms_per_megapixel), r.backend);
+        let rectangles: Vec<_> = self.rectangles.iter().map(on).collect();
+        if !rectangles.is_empty() {
             let _ = write!(
                 text,
-                " With each light replaced by its bounding rectangle the {} shades {} ms/Mpixel: that is “× rectangle” 1.",
-                rectangle.backend.to_uppercase(),
-                digits(rectangle.ms_per_megapixel)
+                " With each light replaced by its bounding rectangle shading takes {}: that is “× rectangle” 1.",
+                rectangles.join(", ")
             );
         }
         if let Some(scale) = self.error_scale {
@@ -176,8 +186,8 @@ impl Comparison {
                 text,
                 " All error maps have one colour scale, from −{0} (blue, too dark) to {0} (orange, too bright), linear \
                  within ±{1} and logarithmic beyond; a pixel has the error of its worst channel.",
-                digits(scale.end),
-                digits(scale.linear)
+                brief(scale.end),
+                brief(scale.linear)
             );
         }
         text
