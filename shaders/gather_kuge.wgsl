@@ -21,5 +21,5 @@ fn gather(
         eps = select(SPECULAR_EPS * lobe.alpha, DIFFUSE_EPS, lobe.alpha == 0.0);
     }
     let sum = kuge_integral(map, clip, emitter.first, emitter.end, eps);
-    return lit(images, sum.value, sum.edges);
+    return painted(lit(images, sum.value, sum.edges), emitter, map);
 }

@@ -17,5 +17,5 @@ fn gather(
         return skipped_for(SKIP_BELOW_HORIZON);
     }
     let sum = uniform_integral(map, clip, emitter.first, emitter.end, frame.choice);
-    return lit(images, sum.value, sum.edges);
+    return painted(lit(images, sum.value, sum.edges), emitter, map);
 }

@@ -2,7 +2,7 @@
 
 use super::gather::{Images, Skip};
 use super::prepared::Prepared;
-use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch};
+use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique, reference};
 use crate::brdf::ltc::Table;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::surface::{Hit, SEAM, SurfacePoint, SurfaceTriangle, intersect, surface_point};
@@ -80,11 +80,8 @@ impl Counters {
         self.shaded += other.shaded;
         self.integrals += other.integrals;
         self.nodes += other.nodes;
-        for (a, b) in self.lights.iter_mut().zip(other.lights) {
-            a.candidates += b.candidates;
-            a.behind += b.behind;
-            a.below_horizon += b.below_horizon;
-            a.no_lobe += b.no_lobe;
+        for (a, b) in self.lights.iter_mut().zip(&other.lights) {
+            a.add(b);
         }
         self
     }
@@ -92,6 +89,9 @@ impl Counters {
 
 impl Backend for CpuBackend {
     fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError> {
+        if let Technique::Reference(sampling) = &settings.technique {
+            return reference::render(scene, settings, sampling, &|_, _| ());
+        }
         let mut watch = Stopwatch::default();
         let prepared = Prepared::new(scene, settings)?;
         watch.lap("trees");

@@ -1,17 +1,23 @@
 //! [`Emitter`]: an emission as the technique at hand reads it.
 
+use super::reference::region::Region;
+use super::technique::Sampling;
 use super::{BackendError, Technique};
 use crate::kernel::curve::Curve;
+use crate::kernel::quad::Quad;
 use crate::light::curves::curves;
+use crate::light::mask::{extent, light_picture, shape_picture};
+use crate::light::mosaic::{CELLS, Mosaic};
 use crate::light::picture::Picture;
+use crate::light::prefilter::Prefiltered;
 use crate::light::tree::{Tree, TreeError};
 use crate::light::{AreaLight, Form, Layer, Placement, Square};
 use crate::scene::Scene;
-use crate::shape::Shape;
+use crate::shape::{Bounds, Shape};
 use glam::{DAffine2, DVec2, DVec3, Vec3};
 use std::sync::Arc;
 
-/// One emission of one light, ready for one technique.
+/// One emission of one light, ready for one technique. For `quad` it is the whole light, its layers one picture.
 #[derive(Clone, Debug)]
 pub struct Emitter {
     /// Index of the light in the scene.
@@ -32,6 +38,8 @@ pub struct Emitter {
     pub square: Square,
     /// Colours the radiance is multiplied by.
     pub picture: Option<Arc<Picture>>,
+    /// The picture as techniques without sampling read it: what the integral is multiplied by.
+    pub colors: Option<Arc<Prefiltered>>,
     /// The region as the technique reads it.
     pub geometry: Geometry,
 }
@@ -57,12 +65,32 @@ pub enum Geometry {
         /// Edges per curve.
         segments: u32,
     },
+    /// The bounding rectangle.
+    Quad(Quad),
+    /// Chord–moment trees of tiles of one colour each.
+    Mosaic(Mosaic),
+    /// A grid over the region, to be sampled.
+    Sampled {
+        /// The grid.
+        region: Region,
+        /// How it is sampled.
+        sampling: Sampling,
+    },
 }
 
 impl Geometry {
-    fn new(layer: &Layer, square: Square, technique: &Technique) -> Result<Self, TreeError> {
+    /// The region of `layer` as `technique` reads it; `extent` is the longer side of the whole light.
+    ///
+    /// # Errors
+    /// [`TreeError`] where it is none.
+    pub fn new(layer: &Layer, extent: f64, technique: &Technique) -> Result<Self, TreeError> {
+        let square = Square::around(layer.shape.bounds()).ok_or(TreeError::NoArea)?;
         Ok(match *technique {
-            Technique::Exact | Technique::Reference(_) => Self::Shape,
+            Technique::Tree if let Some(picture) = &layer.picture => {
+                Self::Mosaic(Mosaic::new(&layer.shape, picture, extent / CELLS)?)
+            }
+            Technique::Exact => Self::Shape,
+            Technique::Reference(sampling) => Self::Sampled { region: Region::new(&layer.shape), sampling },
             Technique::Kuge { eps } => Self::Kuge { curves: curves(&layer.shape, square), eps },
             Technique::Uniform { segments } => Self::Uniform { curves: curves(&layer.shape, square), segments },
             _ => Self::Tree(Tree::new(&layer.shape)?),
@@ -74,20 +102,52 @@ impl Emitter {
     fn new(scene: &Scene, index: usize, layer: &Layer, technique: &Technique) -> Result<Self, BackendError> {
         let light: &AreaLight = &scene.lights[index];
         let named = |source| BackendError::Light { light: light.name.clone(), source };
-        let square = Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?;
+        let bounds = light.layers.iter().map(|l| l.shape.bounds()).fold(Bounds::EMPTY, Bounds::union);
         let mut placement = light.placement;
         placement.origin -= scene.camera.position;
+        let square = Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?;
+        let geometry = Geometry::new(layer, bounds.size().max_element(), technique).map_err(named)?;
+        // Sampling and mosaics read the picture itself.
+        let prefilters = !matches!(geometry, Geometry::Shape | Geometry::Sampled { .. } | Geometry::Mosaic(_));
+        let colors = layer.picture.as_ref().filter(|_| prefilters).and_then(|p| colors(&layer.shape, p, &square));
+        let peak = colors.as_ref().map_or(Vec3::ONE, |c| c.peak);
         Ok(Self {
             light: index,
             placement,
-            radiance: layer.radiance.as_vec3(),
+            radiance: layer.radiance.as_vec3() * peak,
             opacity: layer.opacity as f32,
             two_sided: light.two_sided,
             form: light.form,
             shape: layer.shape.clone(),
             square,
             picture: layer.picture.clone(),
-            geometry: Geometry::new(layer, square, technique).map_err(named)?,
+            colors,
+            geometry,
+        })
+    }
+
+    /// All layers of a light as one picture on their bounding rectangle.
+    fn quad(scene: &Scene, index: usize, mask: u32) -> Result<Self, BackendError> {
+        let light: &AreaLight = &scene.lights[index];
+        let none = || BackendError::Light { light: light.name.clone(), source: TreeError::NoArea };
+        let mut placement = light.placement;
+        placement.origin -= scene.camera.position;
+        let picture = light_picture(&light.layers, mask).ok_or_else(none)?;
+        let (low, high) = (picture.low, picture.high);
+        let square = Square::around(Bounds { min: low, max: high }).ok_or_else(none)?;
+        let colors = Prefiltered::new(&picture, &square);
+        Ok(Self {
+            light: index,
+            placement,
+            radiance: colors.peak,
+            opacity: 1.0,
+            two_sided: light.two_sided,
+            form: light.form,
+            shape: Shape::rectangle(low, high),
+            square,
+            picture: Some(Arc::new(picture)),
+            colors: Some(Arc::new(colors)),
+            geometry: Geometry::Quad(Quad::new((high - low) * 0.5 / square.half)),
         })
     }
 
@@ -107,7 +167,8 @@ impl Emitter {
             form: Form::Outline,
             square,
             picture: None,
-            geometry: Geometry::new(&layer, square, technique)?,
+            colors: None,
+            geometry: Geometry::new(&layer, 2.0 * square.half, technique)?,
             shape: layer.shape,
         })
     }
@@ -118,13 +179,29 @@ impl Emitter {
     }
 }
 
-/// One emitter for each layer of each light, relative to the camera.
+/// Fewest and most texels along the longer side of a shape's prefiltered picture.
+const COLOR_SIZES: [f64; 2] = [64.0, 1024.0];
+
+/// A layer's picture, prefiltered for its shape, at the picture's own resolution. `None` for a shape of no extent.
+fn colors(shape: &Shape, picture: &Picture, square: &Square) -> Option<Arc<Prefiltered>> {
+    let density = DVec2::new(f64::from(picture.width), f64::from(picture.height)) / (picture.high - picture.low);
+    let size = (extent(shape).size() * density).max_element().ceil().clamp(COLOR_SIZES[0], COLOR_SIZES[1]);
+    let on_shape = shape_picture(shape, picture, size as u32)?;
+    Some(Arc::new(Prefiltered::new(&on_shape, square)))
+}
+
+/// The emitters of all lights, relative to the camera: one for each layer, or for each light (`quad`).
 pub fn emitters(scene: &Scene, technique: &Technique) -> Result<Vec<Emitter>, BackendError> {
-    let mut emitters = Vec::new();
-    for (index, light) in scene.lights.iter().enumerate() {
-        for layer in &light.layers {
-            emitters.push(Emitter::new(scene, index, layer, technique)?);
+    let of_light = |(index, light): (usize, &AreaLight)| -> Vec<Result<Emitter, BackendError>> {
+        match *technique {
+            Technique::Quad { mask } if !light.layers.is_empty() => vec![Emitter::quad(scene, index, mask)],
+            _ => light.layers.iter().map(|layer| Emitter::new(scene, index, layer, technique)).collect(),
         }
-    }
-    Ok(emitters)
+    };
+    scene.lights.iter().enumerate().flat_map(of_light).collect()
+}
+
+/// All layers of all lights as the camera sees them: regions and pictures as they are.
+pub fn layers(scene: &Scene) -> Result<Vec<Emitter>, BackendError> {
+    emitters(scene, &Technique::Exact)
 }

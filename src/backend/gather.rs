@@ -3,17 +3,23 @@
 
 use super::emitter::{Emitter, Geometry};
 use super::exact::{ExactMap, exact_integral};
+use super::reference;
+use super::reference::lights::Light;
 use crate::brdf::ltc::Lobe;
 use crate::kernel::curve::EdgeSum;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::horizon::{Clip, Height, Horizon, TrueHorizon};
 use crate::kernel::map::CosineMap;
+use crate::kernel::mosaic::mosaic_integral;
+use crate::kernel::picture::{Footprint, fetch};
 use crate::kernel::polygon::uniform_integral;
+use crate::kernel::quad::{QUAD_EDGES, Quad, quad_integral};
 use crate::kernel::subdivide::{default_eps, kuge_integral};
 use crate::kernel::tree::{Budget, tree_integral};
 use crate::light::Square;
+use crate::light::mosaic::Mosaic;
 use crate::light::tree::Tree;
-use glam::{DVec2, DVec3, Vec2};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// Why an integral is zero without having been evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +38,15 @@ pub struct Gathered {
     pub value: DVec3,
     /// Tree nodes, edges or samples it is made of, as the technique has it.
     pub visited: u32,
+}
+
+impl Gathered {
+    /// In the colours that the point sees of the emitter.
+    fn painted(self, emitter: &Emitter, map: &CosineMap) -> Self {
+        let Some(colors) = &emitter.colors else { return self };
+        let color = fetch(&colors.levels, &colors.texels, &Footprint::new(map));
+        Self { value: self.value * color.as_dvec3(), ..self }
+    }
 }
 
 /// The light's axes and origin in the shading frame.
@@ -79,14 +94,21 @@ impl Images {
             None => self.c,
         };
         match &emitter.geometry {
-            Geometry::Tree(tree) => self.by_tree(c, tree, lobe, tolerance, budget),
+            Geometry::Tree(tree) => self.by_tree(c, emitter, tree, lobe, tolerance, budget),
+            Geometry::Quad(quad) => self.by_quad(c, emitter, quad),
+            Geometry::Mosaic(mosaic) => self.by_mosaic(c, mosaic, emitter.square, lobe, tolerance, budget),
             Geometry::Shape => Ok(self.exactly(c, emitter, lobe)),
             Geometry::Kuge { curves, eps } => {
                 let eps = eps.unwrap_or_else(|| default_eps(lobe.map(|lobe| lobe.alpha)));
-                self.by_edges(c, emitter.square, |map, horizon| kuge_integral(map, horizon, curves, eps))
+                self.by_edges(c, emitter, |map, horizon| kuge_integral(map, horizon, curves, eps))
             }
             Geometry::Uniform { curves, segments } => {
-                self.by_edges(c, emitter.square, |map, horizon| uniform_integral(map, horizon, curves, *segments))
+                self.by_edges(c, emitter, |map, horizon| uniform_integral(map, horizon, curves, *segments))
+            }
+            Geometry::Sampled { sampling, .. } => {
+                let (value, visited) =
+                    reference::integral(&Light::new(emitter).with_radiance(DVec3::ONE), sampling, self.c, lobe)?;
+                Ok(Gathered { value, visited })
             }
         }
     }
@@ -94,33 +116,70 @@ impl Images {
     fn by_tree(
         &self,
         c: [DVec3; 3],
+        emitter: &Emitter,
         tree: &Tree,
         lobe: Option<&Lobe>,
         tolerance: f32,
         budget: &mut Budget,
     ) -> Result<Gathered, Skip> {
-        let map = CosineMap::new(c, tree.center, tree.half).ok_or(Skip::Behind)?;
-        let truth = lobe.map(|lobe| {
-            let form = map.height_form(self.c.map(|v| v.z), tree.center, tree.half);
-            TrueHorizon { axis: lobe.m_row_z, height: Height::new(&map, form) }
-        });
         let root = &tree.nodes[0];
-        let clip = Clip::new(&map, truth.as_ref(), root.center - map.foot, root.half).ok_or(Skip::BelowHorizon)?;
+        let (map, clip) = self.clipped(c, emitter.square, lobe, [root.center, root.half])?;
         let integral = tree_integral(&map, &clip, tree.view(), tolerance, budget);
-        Ok(self.lit(integral.value, integral.visited))
+        Ok(self.lit(integral.value, integral.visited).painted(emitter, &map))
+    }
+
+    /// Clipped at z = 0 of cosine space only, as published.
+    fn by_quad(&self, c: [DVec3; 3], emitter: &Emitter, quad: &Quad) -> Result<Gathered, Skip> {
+        let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
+        let clip = Clip::new(&map, None, -map.foot, quad.half).ok_or(Skip::BelowHorizon)?;
+        Ok(self.lit(quad_integral(&map, &clip, quad), QUAD_EDGES).painted(emitter, &map))
     }
 
     /// By a technique that knows z = 0 only. The light is taken for its whole square where it is asked what clips it.
     fn by_edges(
         &self,
         c: [DVec3; 3],
-        Square { center, half }: Square,
+        emitter: &Emitter,
         integrate: impl FnOnce(&CosineMap, Option<&Horizon>) -> EdgeSum,
     ) -> Result<Gathered, Skip> {
-        let map = CosineMap::new(c, center, half).ok_or(Skip::Behind)?;
+        let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
         let clip = Clip::new(&map, None, -map.foot, Vec2::ONE).ok_or(Skip::BelowHorizon)?;
         let sum = integrate(&map, clip.planes().first());
-        Ok(self.lit(sum.value, sum.edges))
+        Ok(self.lit(sum.value, sum.edges).painted(emitter, &map))
+    }
+
+    fn by_mosaic(
+        &self,
+        c: [DVec3; 3],
+        mosaic: &Mosaic,
+        square: Square,
+        lobe: Option<&Lobe>,
+        tolerance: f32,
+        budget: &mut Budget,
+    ) -> Result<Gathered, Skip> {
+        let root = &mosaic.tiles[0];
+        let (map, clip) = self.clipped(c, square, lobe, [root.center, root.half])?;
+        let integral = mosaic_integral(&map, &clip, mosaic.view(), tolerance, budget);
+        let value = if self.back { -integral.value } else { integral.value };
+        Ok(Gathered { value: value.max(Vec3::ZERO).as_dvec3(), visited: integral.visited })
+    }
+
+    /// The map of a light's square to cosine space, and what clips the light there; `centre` and `half` are those of its box in
+    /// tree space.
+    fn clipped(
+        &self,
+        c: [DVec3; 3],
+        square: Square,
+        lobe: Option<&Lobe>,
+        [center, half]: [Vec2; 2],
+    ) -> Result<(CosineMap, Clip), Skip> {
+        let map = CosineMap::new(c, square.center, square.half).ok_or(Skip::Behind)?;
+        let truth = lobe.map(|lobe| {
+            let form = map.height_form(self.c.map(|v| v.z), square.center, square.half);
+            TrueHorizon { axis: lobe.m_row_z, height: Height::new(&map, form) }
+        });
+        let clip = Clip::new(&map, truth.as_ref(), center - map.foot, half).ok_or(Skip::BelowHorizon)?;
+        Ok((map, clip))
     }
 
     /// A signed integral from the side the point is on.

@@ -7,6 +7,7 @@ pub mod gather;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod prepared;
+pub mod reference;
 mod sight;
 pub mod technique;
 
@@ -81,6 +82,16 @@ pub struct LightStats {
     pub no_lobe: u64,
 }
 
+impl LightStats {
+    /// Counts another's integrals as this one's.
+    fn add(&mut self, other: &Self) {
+        self.candidates += other.candidates;
+        self.behind += other.behind;
+        self.below_horizon += other.below_horizon;
+        self.no_lobe += other.no_lobe;
+    }
+}
+
 /// Most pixels of a picture: some 6 GB of layers.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
@@ -103,6 +114,17 @@ pub enum BackendError {
     /// The tolerance is not a positive number.
     #[error("tolerance {0} is not a positive number")]
     Tolerance(f32),
+    /// The Monte Carlo reference cannot sample so.
+    #[error(
+        "{spp} light samples per pixel until the error is {max_error:?}: must be 1 to {}, the error positive",
+        technique::MAX_SPP
+    )]
+    Sampling {
+        /// Asked samples.
+        spp: u32,
+        /// Asked error.
+        max_error: Option<f32>,
+    },
     /// A light has no area.
     #[error("light `{light}`: {source}")]
     Light {

@@ -1,6 +1,6 @@
 //! A scene made ready for shading: flat arrays, relative to the camera, that both backends read.
 
-use super::emitter::{Emitter, emitters};
+use super::emitter::{Emitter, emitters, layers};
 use super::{BackendError, Horizons, Settings, Technique};
 use crate::brdf::ltc::{Lobe, Table};
 use crate::color::{srgb_decode, srgb_encode};
@@ -23,8 +23,10 @@ pub struct Prepared {
     pub textures: Vec<SurfaceTexture>,
     /// Texels of all textures and levels.
     pub texels: Vec<u32>,
-    /// Emissions in the order of lights and layers.
+    /// What surfaces gather from, in the order of lights and layers.
     pub emitters: Vec<Emitter>,
+    /// What the camera sees: every layer of every light.
+    pub layers: Vec<Emitter>,
     /// What the emitters are made for.
     pub technique: Technique,
     /// Where specular lobes are clipped.
@@ -65,6 +67,7 @@ impl Prepared {
             textures,
             texels,
             emitters: emitters(scene, &settings.technique)?,
+            layers: layers(scene)?,
             technique: settings.technique,
             horizons: settings.horizons(),
             offsets: offsets(samples),

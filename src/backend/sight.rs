@@ -59,7 +59,7 @@ impl Outline<'_> {
 pub fn see(prepared: &Prepared, surfaces: &Surfaces<'_>, settings: &Settings) -> Sight {
     let pixels = settings.width as usize * settings.height as usize;
     let mut sight = Sight { emission: vec![Vec3::ZERO; pixels], through: vec![1.0; pixels] };
-    let lights: Vec<&[Emitter]> = prepared.emitters.chunk_by(|a, b| a.light == b.light).collect();
+    let lights: Vec<&[Emitter]> = prepared.layers.chunk_by(|a, b| a.light == b.light).collect();
     let outlines: Vec<_> = lights.par_iter().filter_map(|layers| outline(prepared, settings, layers)).collect();
     if outlines.is_empty() {
         return sight;

@@ -1,9 +1,11 @@
 //! Where to compute, by the flag that all verbs share.
 
+use super::progress;
 use crate::backend::cpu::CpuBackend;
 #[cfg(feature = "gpu")]
 use crate::backend::gpu::{AdapterChoice, GpuBackend};
-use crate::backend::{Backend, BackendError, Technique};
+use crate::backend::{Backend, BackendError, Rendering, Settings, Technique, reference};
+use crate::scene::Scene;
 use clap::ValueEnum;
 #[cfg(feature = "gpu")]
 use std::cell::OnceCell;
@@ -42,6 +44,19 @@ impl Backends {
             return Ok(&CpuBackend);
         }
         self.gpu()
+    }
+
+    /// Renders on the backend for the technique; the Monte Carlo reference with a progress bar.
+    ///
+    /// # Errors
+    /// What the backend says.
+    pub fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError> {
+        match (&settings.technique, self.wanted) {
+            (Technique::Reference(sampling), BackendArg::Auto | BackendArg::Cpu) => {
+                progress::shown("sampling", |report| reference::render(scene, settings, sampling, report))
+            }
+            (technique, _) => self.of(technique)?.render(scene, settings),
+        }
     }
 
     #[cfg(feature = "gpu")]

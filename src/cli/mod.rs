@@ -12,6 +12,7 @@ mod inspect;
 mod lights;
 mod machine;
 mod probe;
+mod progress;
 mod render;
 mod scene;
 mod technique;

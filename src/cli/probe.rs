@@ -3,10 +3,10 @@
 use super::technique::TechniqueArgs;
 use super::values::positive;
 use super::{json, read, say};
-use crate::backend::Settings;
 use crate::backend::emitter::Emitter;
 use crate::backend::gather::Images;
 use crate::backend::prepared::Prepared;
+use crate::backend::{Settings, Technique, reference};
 use crate::brdf::ltc::Table;
 use crate::error::Error;
 use crate::kernel::frame::ShadingFrame;
@@ -196,8 +196,13 @@ fn reading(prepared: &Prepared, settings: &Settings, point: Point) -> Result<Rea
         return Err(format!("`position` = {:?} is beyond ±{FARTHEST:e} m", point.position));
     }
     let frame = ShadingFrame::new(unit("normal", point.normal)?, unit("view", point.view)?);
-    let lobe = prepared.lobe(Table::shipped(), point.alpha as f32, frame.cos_theta as f32);
     let position = DVec3::from_array(point.position) - prepared.eye;
+    let alpha = point.alpha as f32;
+    if let Technique::Reference(sampling) = &settings.technique {
+        let [irradiance, specular] = reference::measure(prepared, sampling, &frame, position, alpha);
+        return Ok(Reading { id: point.id, irradiance: irradiance.to_array(), specular: specular.to_array() });
+    }
+    let lobe = prepared.lobe(Table::shipped(), alpha, frame.cos_theta as f32);
     let [mut irradiance, mut specular] = [DVec3::ZERO; 2];
     let mut budgets = [Budget::default(); 2];
     for emitter in &prepared.emitters {

@@ -68,7 +68,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
     let start = Instant::now();
     let scene = args.subject.stage(args.width, args.height)?.scene;
     let load = start.elapsed().as_secs_f64();
-    let Rendering { film, mut stats } = Backends::new(args.backend).of(&technique)?.render(&scene, &settings)?;
+    let Rendering { film, mut stats } = Backends::new(args.backend).render(&scene, &settings)?;
     let start = Instant::now();
     write(&film, args)?;
     stats.stages.insert(0, ("load".into(), load));

@@ -94,7 +94,8 @@ pub fn open(path: &Path) -> Result<(Loaded, Vec<Technique>), Error> {
         None => file::load(path)?,
     };
     let technique = |wanted: &file::Wanted| {
-        let wrong = |limit| SceneError::Value { place: wanted.place.clone(), value: format!("{:?}", wanted.name), limit };
+        let wrong =
+            |limit| SceneError::Value { place: wanted.place.clone(), value: format!("{:?}", wanted.name), limit };
         wanted.name.parse().map_err(wrong)
     };
     let techniques = loaded.techniques.iter().map(technique).collect::<Result<_, _>>()?;

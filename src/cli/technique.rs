@@ -1,7 +1,7 @@
 //! Which technique, by the flags that all verbs share.
 
 use super::values::positive;
-use crate::backend::technique::{Basis, MASK_SIZES, MAX_SEGMENTS, NAMES};
+use crate::backend::technique::{Basis, MASK_SIZES, MAX_SEGMENTS, MAX_SPP, NAMES, ReferenceLobe};
 use crate::backend::{Horizons, Technique};
 use crate::error::Error;
 use clap::ValueEnum;
@@ -25,9 +25,39 @@ pub struct TechniqueArgs {
     /// pal: what polygons are projected on, centred, weighted or biased [default: centred]
     #[arg(long)]
     basis: Option<Basis>,
+    /// reference: light samples per pixel, at most [default: 256]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SPP)))]
+    spp: Option<u32>,
+    /// reference: standard error of a pixel's radiance at which its sampling ends early
+    #[arg(long, value_name = "RADIANCE", value_parser = positive)]
+    max_error: Option<f32>,
+    /// reference: which random numbers; the same seed gives the same picture [default: 0]
+    #[arg(long)]
+    seed: Option<u64>,
+    /// reference: what surfaces reflect by [default: ggx]
+    #[arg(long, value_enum)]
+    lobe: Option<LobeArg>,
     /// Where specular lobes are clipped; kuge, uniform, quad, pal and representative know the cosine's horizon only
     #[arg(long, value_enum)]
     horizon: Option<HorizonArg>,
+}
+
+/// Lobes by the names of the command line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LobeArg {
+    /// The GGX BRDF: shows what all of a technique's error is
+    Ggx,
+    /// The linearly transformed cosine: shows the error of its integral
+    Ltc,
+}
+
+impl From<LobeArg> for ReferenceLobe {
+    fn from(arg: LobeArg) -> Self {
+        match arg {
+            LobeArg::Ggx => Self::Ggx,
+            LobeArg::Ltc => Self::Ltc,
+        }
+    }
 }
 
 /// Horizons by the names of the command line.
@@ -52,6 +82,10 @@ impl TechniqueArgs {
             ("segments", self.segments.is_some(), "uniform"),
             ("mask-size", self.mask_size.is_some(), "quad"),
             ("basis", self.basis.is_some(), "pal"),
+            ("spp", self.spp.is_some(), "reference"),
+            ("max-error", self.max_error.is_some(), "reference"),
+            ("seed", self.seed.is_some(), "reference"),
+            ("lobe", self.lobe.is_some(), "reference"),
         ];
         if let Some((flag, _, of)) = given.iter().find(|(_, given, of)| *given && *of != name) {
             return Err(Error::Usage(format!("--{flag} goes with --technique {of}; it has no effect on {name}")));
@@ -61,6 +95,12 @@ impl TechniqueArgs {
             Technique::Uniform { segments } => *segments = self.segments.unwrap_or(*segments),
             Technique::Quad { mask } => *mask = self.mask_size.unwrap_or(*mask),
             Technique::Pal { basis } => *basis = self.basis.unwrap_or(*basis),
+            Technique::Reference(sampling) => {
+                sampling.spp = self.spp.unwrap_or(sampling.spp);
+                sampling.max_error = self.max_error.or(sampling.max_error);
+                sampling.seed = self.seed.unwrap_or(sampling.seed);
+                sampling.lobe = self.lobe.map_or(sampling.lobe, Into::into);
+            }
             _ => {}
         }
         let horizons = match self.horizon {

@@ -17,7 +17,7 @@ const REC_709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.3290),
 };
 
-/// Encodes R, G, B (the sum) and `diffuse.*`, `specular.*`, `emission.*` (with the matte as its alpha), `background.*` in one part, so that every viewer finds the
+/// Encodes R, G, B (the sum) and `diffuse.*`, `specular.*`, `emission.*` (with the matte as its alpha), `background.*`, `variance.*` (where there is one) in one part, so that every viewer finds the
 /// picture and those that know layers find them. 32-bit float, ZIP: every bit comes back.
 pub(super) fn encode(film: &Film, out: impl Write + Seek, path: &Path) -> Result<(), FilmError> {
     let beauty: Vec<_> = film.beauty().collect();
@@ -29,7 +29,8 @@ pub(super) fn encode(film: &Film, out: impl Write + Seek, path: &Path) -> Result
         ("background.", &film.background),
     ];
     let mut channels: SmallVec<[_; 4]> = layers
-        .iter()
+        .into_iter()
+        .chain(film.variance.iter().map(|variance| ("variance.", variance)))
         .flat_map(|(layer, pixels)| {
             ["R", "G", "B"].iter().enumerate().map(move |(c, name)| {
                 let samples = pixels.iter().map(|p| p[c]).collect();

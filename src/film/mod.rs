@@ -26,6 +26,8 @@ pub struct Film {
     pub background: Vec<[f32; 3]>,
     /// The part of the pixel that the lights cover, 0 to 1: the other layers are already reduced by it.
     pub matte: Vec<f32>,
+    /// Variance of what the surfaces reflect (diffuse + specular), (W·sr⁻¹·m⁻²)², where the picture was sampled.
+    pub variance: Option<Vec<[f32; 3]>>,
 }
 
 /// Why a picture cannot be written.
@@ -125,6 +127,7 @@ impl Film {
             specular: black.clone(),
             emission: black.clone(),
             background: black,
+            variance: None,
         }
     }
 
@@ -175,7 +178,8 @@ impl Film {
         let format = Format::of(path)?;
         let pixels = self.width as usize * self.height as usize;
         let layers = [&self.diffuse, &self.specular, &self.emission].map(Vec::len);
-        if pixels == 0 || layers != [pixels; 3] || self.background.len() != pixels || self.matte.len() != pixels {
+        let others = [self.background.len(), self.matte.len(), self.variance.as_ref().map_or(pixels, Vec::len)];
+        if pixels == 0 || layers != [pixels; 3] || others != [pixels; 3] {
             return Err(FilmError::Size { path: path.into(), width: self.width, height: self.height, layers });
         }
         Pending::new(path, |out| match format {

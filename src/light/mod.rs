@@ -1,7 +1,11 @@
 //! [`AreaLight`]: shapes with emission, placed in the world.
 
 pub mod curves;
+pub mod mask;
+pub mod mosaic;
 pub mod picture;
+pub mod prefilter;
+pub mod simple;
 pub mod tree;
 
 use crate::shape::{Bounds, Shape};

@@ -125,7 +125,9 @@ impl Block {
     /// The heading: the name, capitalised.
     fn title(&self) -> String {
         let mut letters = self.name.chars();
-        letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).chain(" error".chars()).collect())
+        letters
+            .next()
+            .map_or_else(String::new, |first| first.to_uppercase().chain(letters).chain(" error".chars()).collect())
     }
 }
 

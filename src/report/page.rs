@@ -139,7 +139,8 @@ impl Comparison {
                 if let Some(map) = &row.error_map {
                     picture(out, pictures, map, &format!("{} of {label}", escape(&block.title())));
                 }
-                let _ = write!(out, "</div><figcaption><strong>{label}</strong> {}</figcaption></figure>\n", caption(row));
+                let _ =
+                    write!(out, "</div><figcaption><strong>{label}</strong> {}</figcaption></figure>\n", caption(row));
             }
             out.push_str("</div>\n");
         }
@@ -183,7 +184,13 @@ fn key(out: &mut String, scale: &ErrorScale) {
     let ticks = scale.ticks();
     for (i, &tick) in ticks.iter().enumerate() {
         let minor = if i % 2 == 1 { " class=\"minor\"" } else { "" };
-        let sign = if tick > 0.0 { "+" } else if tick < 0.0 { "−" } else { "" };
+        let sign = if tick > 0.0 {
+            "+"
+        } else if tick < 0.0 {
+            "−"
+        } else {
+            ""
+        };
         let label = format!("{sign}{}", brief(tick.abs()));
         let _ = write!(out, "<span{minor} style=\"left:{:.2}%\">{label}</span>", 50.0 * (scale.place(tick) + 1.0));
     }

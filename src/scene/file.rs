@@ -51,7 +51,11 @@
 //! - `text`: with `font` (a bundled family, a font file by its ending, or a list of them: each character takes the
 //!   first that has it), `size` (height of the em, metres, 1), `align` = `"left"`, `"center"` or `"right"` (which edge of the
 //!   lines is at x = 0), `letter_spacing` and `line_height` (em), `axes` = `{ wght = 700 }`, `direction` = `"auto"`, `"ltr"` or `"rtl"`.
-//!   The first baseline is y = 0.
+//!   The first baseline is y = 0;
+//! - `shape`, about the light's origin: `"disc"` or `"sphere"` with `radius`, `"ellipse"` or `"rectangle"` with `size` = `[width,
+//!   height]` (or one number for both), `"tube"` with `radius` and `length` (along the light's x axis; its flat caps shine as well).
+//!   Spheres and tubes shine all round: `scale` must not stretch them, `two_sided` has no effect on them, `power` is that of
+//!   their whole surface.
 //!
 //! and as strongly as one of
 //! - `radiance`, W·sr⁻¹·m⁻², one number or one per channel (1);
@@ -65,6 +69,7 @@
 //! A table `[compare]` may hold `techniques`, a list of what `glyphlight compare` shows of the scene unless it is told otherwise:
 //! `techniques = ["tree", "kuge:1e-6", "uniform:30", "quad"]`.
 
+mod body;
 mod error;
 mod light;
 mod material;

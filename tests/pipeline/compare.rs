@@ -288,7 +288,8 @@ fn a_scene_says_what_to_compare_with_it() {
     let techniques = |folder: &str, more: &[&str]| -> Vec<String> {
         let output = compare(&here, &[&["scene.toml", "-o", folder], more].concat());
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-        let json: Value = serde_json::from_slice(&std::fs::read(here.path(folder).join("table.json")).unwrap()).unwrap();
+        let json: Value =
+            serde_json::from_slice(&std::fs::read(here.path(folder).join("table.json")).unwrap()).unwrap();
         assert_eq!(json["scene"]["source"].as_str(), Some(scene.as_str()));
         let rows = json["blocks"][0]["rows"].as_array().unwrap();
         rows.iter().map(|r| r["technique"].as_str().unwrap().to_owned()).collect()

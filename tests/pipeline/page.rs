@@ -23,7 +23,8 @@ fn the_page_works() {
     // Left of the divider is the yardstick, right of it the worst technique: the pictures that `pictures` paints.
     let color = |i: usize| [(40 + 25 * i) as u8, (230 - 25 * i) as u8, (i * 90 % 256) as u8];
     let (exact, quad) = (color(6), color(4));
-    let frame = browser.eval("(() => { const b = frame.getBoundingClientRect(); return [b.x, b.y, b.width, b.height] })()");
+    let frame =
+        browser.eval("(() => { const b = frame.getBoundingClientRect(); return [b.x, b.y, b.width, b.height] })()");
     let [x, y, width, height] = core::array::from_fn(|i| frame[i].as_f64().unwrap());
     assert!(width > 1000.0 && height > 300.0, "{frame}");
     let at = |part: f64, down: f64| [x + part * width, y + down * height];

@@ -5,7 +5,11 @@
 use core::mem::offset_of;
 use glyphlight::backend::gpu::layout::{Box, Emitter, Frame, MeterPoint, Pixel, Reading};
 use glyphlight::backend::gpu::source::{Source, gbuffer, light, meter};
+use glyphlight::backend::technique::NAMES;
 use glyphlight::kernel::curve::Curve;
+use glyphlight::kernel::mosaic::Tile;
+use glyphlight::kernel::picture::Level;
+use glyphlight::kernel::quad::Quad;
 use glyphlight::kernel::surface::{Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle};
 use glyphlight::kernel::tree::{Handles, Node};
 use std::collections::BTreeMap;
@@ -26,15 +30,10 @@ fn module(source: &Source) -> Module {
 
 #[test]
 fn every_pass_validates_and_has_its_entry_points() {
-    let passes = [
-        (gbuffer(), vec!["draw_triangle", "store_triangle"]),
-        (light("tree"), vec!["light_pixels"]),
-        (meter("tree"), vec!["read_meter"]),
-        (light("kuge"), vec!["light_pixels"]),
-        (meter("kuge"), vec!["read_meter"]),
-        (light("uniform"), vec!["light_pixels"]),
-        (meter("uniform"), vec!["read_meter"]),
-    ];
+    let mut passes = vec![(gbuffer(), vec!["draw_triangle", "store_triangle"])];
+    for name in NAMES {
+        passes.extend([(light(name), vec!["light_pixels"]), (meter(name), vec!["read_meter"])]);
+    }
     for (source, entries) in passes {
         let found: Vec<String> = module(&source).entry_points.iter().map(|e| e.name.clone()).collect();
         assert_eq!(found, entries, "{}", source.name);
@@ -85,6 +84,9 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
         layout!(Node: center half a b m0 m1 m2 area link),
         layout!(Handles: p1 p2 low1 low2),
         layout!(Curve: p0 p1 p2 p3),
+        layout!(Quad: half low),
+        layout!(Level: low per_unit offset size variance coarser),
+        layout!(Tile: center half mean skip m1_x first_node m1_y end_node m2_xx first_handles m2_xy deviation m2_yy deviation_3),
         layout!(Box: low skip high triangles),
         layout!(Pixel: diffuse samples specular nodes),
         layout!(MeterPoint: position emitter normal alpha view tolerance),
@@ -95,7 +97,7 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
 #[test]
 fn structs_lie_as_in_rust() {
     let mut found = BTreeMap::new();
-    for source in [gbuffer(), light("tree"), meter("tree")] {
+    for source in [gbuffer(), light("tree"), light("quad"), meter("tree")] {
         found.extend(layouts(&module(&source)));
     }
     for (name, (size, mut members)) in rust_layouts() {

@@ -4,7 +4,9 @@
 use crate::backend::emitter::{self, Geometry};
 use crate::backend::prepared::Prepared;
 use crate::backend::{Horizons, Technique};
+use crate::kernel::picture::Level;
 use crate::kernel::surface::Rays;
+use crate::light::prefilter::{Prefiltered, pack};
 use crate::light::{Form, Square};
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec2, Vec3, Vec4};
@@ -85,7 +87,7 @@ pub struct Emitter {
     pub radius: f32,
     /// Of a tube, in halves of the square's side.
     pub length: f32,
-    /// Index of its picture or [`NO_PICTURE`].
+    /// First level of its picture or [`NO_PICTURE`].
     pub picture: u32,
 }
 
@@ -147,13 +149,13 @@ impl Elements {
 pub struct Emitters {
     /// The emitters.
     pub emitters: Vec<Emitter>,
-    /// The elements of all regions: nodes of trees, or curves.
+    /// The elements of all regions: nodes of trees, curves, or quads.
     pub regions: Elements,
     /// Their details: handles of trees.
     pub details: Elements,
-    /// Where the pictures lie.
+    /// Levels of the pictures.
     pub pictures: Elements,
-    /// Texels of the pictures.
+    /// Texels of all levels, two words each.
     pub picture_texels: Elements,
 }
 
@@ -164,7 +166,7 @@ impl Emitters {
         for emitter in emitters {
             let mut packed = Emitter::new(emitter);
             match &emitter.geometry {
-                Geometry::Shape => {}
+                Geometry::Shape | Geometry::Sampled { .. } => {}
                 Geometry::Kuge { curves, .. } | Geometry::Uniform { curves, .. } => {
                     [packed.first, packed.end] = all.regions.extend(curves);
                 }
@@ -172,10 +174,28 @@ impl Emitters {
                     [packed.first, packed.end] = all.regions.extend(&tree.nodes);
                     [packed.first_detail, _] = all.details.extend(&tree.handles);
                 }
+                Geometry::Quad(quad) => [packed.first, packed.end] = all.regions.extend(&[*quad]),
+                Geometry::Mosaic(mosaic) => {
+                    [packed.first, packed.end] = all.regions.extend(&mosaic.nodes);
+                    [packed.first_detail, _] = all.details.extend(&mosaic.handles);
+                    [packed.picture, _] = all.pictures.extend(&mosaic.tiles);
+                }
+            }
+            if let Some(colors) = &emitter.colors {
+                packed.picture = all.picture(colors);
             }
             all.emitters.push(packed);
         }
         all
+    }
+
+    /// Lays a picture after those that are there. Gives its index.
+    fn picture(&mut self, colors: &Prefiltered) -> u32 {
+        let texels: Vec<_> = colors.texels.iter().map(|&texel| pack(texel)).collect();
+        let [before, _] = self.picture_texels.extend(&texels);
+        let levels: Vec<_> = colors.levels.iter().map(|l| Level { offset: before + l.offset, ..*l }).collect();
+        let [first, _] = self.pictures.extend(&levels);
+        first
     }
 }
 
@@ -263,6 +283,8 @@ pub struct Features {
     pub specular: bool,
     /// Some material has a texture.
     pub textures: bool,
+    /// Some emitter has a picture.
+    pub pictures: bool,
     /// Specular lobes are clipped at the true horizon.
     pub true_horizon: bool,
     /// Name of the technique.
@@ -284,6 +306,7 @@ impl Features {
             textures: materials.iter().any(|m| {
                 [m.base_color_texture, m.metallic_roughness_texture, m.normal_texture].iter().any(|&t| t != none)
             }),
+            pictures: prepared.emitters.iter().any(|e| e.picture.is_some()),
             true_horizon: prepared.horizons == Horizons::Both,
             technique: prepared.technique.name(),
         }

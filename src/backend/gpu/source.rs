@@ -1,6 +1,6 @@
 //! The shaders, put together from `shaders/*.wgsl`: plain concatenation, with the constants that Rust owns in front.
 
-use super::layout::BOX_COUNT_BITS;
+use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
 use crate::brdf::ltc::{ALPHA_MIN, Table};
 use crate::kernel::curve::NEAREST_IMAGE;
 use crate::kernel::horizon::MARGIN;
@@ -33,10 +33,11 @@ const LIGHTS: &[&str] = files!("types" "ltc" "frame" "map" "edge" "horizon" "sha
 /// What evaluates the integrals of a technique: the function `gather`.
 fn technique(name: &str) -> &'static [&'static str] {
     match name {
-        "kuge" => files!("curve" "roots" "subdivide" "gather_kuge"),
-        "uniform" => files!("curve" "polygon" "gather_uniform"),
-        // The other techniques bring their own files.
-        _ => files!("tree" "gather_tree"),
+        "kuge" => files!("curve" "roots" "subdivide" "picture" "gather_kuge"),
+        "uniform" => files!("curve" "polygon" "picture" "gather_uniform"),
+        "quad" => files!("quad" "picture" "gather_quad"),
+        "textured" => files!("tree" "picture" "gather_textured"),
+        _ => files!("tree" "mosaic" "gather_tree"),
     }
 }
 
@@ -56,13 +57,13 @@ pub fn gbuffer() -> Source {
     concatenate("gbuffer", &[files!("types" "raster" "gbuffer")])
 }
 
-/// Shading by the technique of that name: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR`, `TEXTURES` and
-/// `TRUE_HORIZON`.
+/// Shading by the technique of that name: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR`, `TEXTURES`,
+/// `PICTURES` and `TRUE_HORIZON`.
 pub fn light(name: &str) -> Source {
     concatenate("light", &[LIGHTS, technique(name), files!("surface" "reflect" "nearest" "light")])
 }
 
-/// The light meter of the technique of that name: `read_meter`, with the override `TRUE_HORIZON`.
+/// The light meter of the technique of that name: `read_meter`, with the overrides `PICTURES` and `TRUE_HORIZON`.
 pub fn meter(name: &str) -> Source {
     concatenate("meter", &[LIGHTS, technique(name), files!("meter")])
 }
@@ -82,6 +83,7 @@ fn constants() -> String {
         ("INTERVALS", INTERVALS),
         ("HALVINGS", HALVINGS),
         ("NO_TEXTURE", NO_TEXTURE),
+        ("NO_PICTURE", NO_PICTURE),
         ("BOX_COUNT_BITS", BOX_COUNT_BITS),
         ("SKIP_ROWS", SKIP_ROWS),
         ("LTC_ALPHAS", alphas as u32),

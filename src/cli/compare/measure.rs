@@ -152,7 +152,8 @@ pub fn all(scene: &Scene, entries: Vec<Entry>, backends: &Backends, repeat: u32)
     let progress = Progress { terminal: std::io::stderr().is_terminal(), repeat };
     let flat = with_rectangles(scene)?;
     // Every entry has the same size and tolerance.
-    let rectangle = entries.first().map(|e| Settings { technique: Technique::Tree, horizons: Horizons::Both, ..e.settings });
+    let rectangle =
+        entries.first().map(|e| Settings { technique: Technique::Tree, horizons: Horizons::Both, ..e.settings });
     let on_cpu = entries.iter().any(|e| e.settings.technique.is_cpu_only());
     let mut all = All { entries: Vec::new(), failed: Vec::new(), rectangles: Vec::new() };
     let mut waiting = entries;
@@ -232,12 +233,8 @@ fn median(values: &[f64]) -> f64 {
 fn with_rectangles(scene: &Scene) -> Result<Scene, Error> {
     let flatten = |light: &AreaLight| {
         let bounds = light.layers.iter().map(|l| l.shape.bounds()).fold(Bounds::EMPTY, Bounds::union);
-        let corners = [
-            bounds.min,
-            DVec2::new(bounds.max.x, bounds.min.y),
-            bounds.max,
-            DVec2::new(bounds.min.x, bounds.max.y),
-        ];
+        let corners =
+            [bounds.min, DVec2::new(bounds.max.x, bounds.min.y), bounds.max, DVec2::new(bounds.min.x, bounds.max.y)];
         let sides = (0..4).map(|i| CubicBez::line(corners[i], corners[(i + 1) % 4])).collect();
         let shape = Shape::from_contours(vec![sides]).map_err(|e| Error::Usage(format!("{}: {e}", light.name)))?;
         let power: DVec3 = light.layers.iter().map(|l| l.radiance * l.shape.area()).sum();

@@ -98,7 +98,8 @@ impl Judge<'_> {
     /// Every technique against a yardstick that integrates the same lobe and clips at the same horizon.
     fn integrals(&self, maps: &mut Vec<Map>) -> Result<Block, MetricsError> {
         let yardstick = |horizons: Horizons| {
-            let judges = |s: &&Shown<'_>| s.role() == Role::Yardstick && s.measured.entry.settings.horizons() == horizons;
+            let judges =
+                |s: &&Shown<'_>| s.role() == Role::Yardstick && s.measured.entry.settings.horizons() == horizons;
             self.shown.iter().find(judges)
         };
         let mut rows = Vec::new();

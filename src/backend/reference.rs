@@ -1,0 +1,277 @@
+//! The Monte Carlo reference: direct light by sampling, with the error it leaves.
+//!
+//! At every shading point directions are drawn three ways: to a point of a light, chosen by what the lights may send there
+//! and evenly by area; from the specular lobe; from the cosine. Light and lobe are joined by the balance heuristic
+//! (Veach 1997, §9.2), so that every single contribution is bounded. Nothing is hidden: as with every other technique,
+//! surfaces throw no shadow and lights do not stand in each other's way.
+
+pub mod estimate;
+pub mod lights;
+pub mod lobes;
+pub mod point;
+pub mod region;
+pub mod sampler;
+
+use super::cpu::Surfaces;
+use super::gather::Skip;
+use super::prepared::Prepared;
+use super::technique::{MAX_SPP, Sampling};
+use super::{BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique};
+use crate::brdf::ltc::{Lobe, Table};
+use crate::kernel::frame::ShadingFrame;
+use crate::kernel::surface::{SurfacePoint, surface_point};
+use crate::scene::Scene;
+use core::sync::atomic::{AtomicU64, Ordering};
+use estimate::{Estimate, Plan};
+use glam::DVec3;
+use lights::Light;
+use lobes::{Gloss, Reflector};
+use point::Point;
+use rayon::prelude::*;
+use sampler::Key;
+
+/// Renders `scene` by sampling, on the processor, whatever the technique of `settings`.
+///
+/// The samples of a pixel are divided evenly over its sample positions (`settings.samples`) and over batches of independent
+/// random numbers; at least two at each position are taken, and at most `sampling.spp` where that is more. The picture hangs
+/// on the seed, not on the number of threads. Its layer `variance` is the variance of what the surfaces reflect at each
+/// pixel, (W·sr⁻¹·m⁻²)², by the spread of the batches.
+///
+/// `progress` is called now and then with pixels done and pixels in all, from any thread.
+///
+/// # Errors
+/// [`BackendError::Sampling`] and what every backend may say.
+pub fn render(
+    scene: &Scene,
+    settings: &Settings,
+    sampling: &Sampling,
+    progress: &(dyn Fn(u64, u64) + Sync),
+) -> Result<Rendering, BackendError> {
+    check(sampling)?;
+    let settings = &Settings { technique: Technique::Reference(*sampling), ..*settings };
+    let mut watch = Stopwatch::default();
+    let prepared = Prepared::new(scene, settings)?;
+    watch.lap("regions");
+    let surfaces = Surfaces::new(&prepared);
+    watch.lap("surfaces");
+    let frame = Frame {
+        scene,
+        settings,
+        sampling: *sampling,
+        plan: Plan::new(sampling, settings.samples),
+        prepared: &prepared,
+        surfaces: &surfaces,
+        lights: prepared.emitters.iter().map(Light::new).collect(),
+    };
+    let (pixels, mut variance, cost) = frame.run(progress);
+    watch.lap("sampling");
+    let mut film = super::compose(scene, &prepared, &surfaces, settings, &pixels);
+    for (variance, matte) in variance.iter_mut().zip(&film.matte) {
+        let through = 1.0 - matte;
+        *variance = variance.map(|v| v * through * through);
+    }
+    film.variance = Some(variance);
+    watch.lap("lights in view");
+    let stats = Stats {
+        backend: "cpu".into(),
+        device: format!("{} threads", rayon::current_num_threads()),
+        technique: settings.technique.to_string(),
+        stages: watch.laps,
+        shaded: cost.shaded,
+        integrals: cost.integrals,
+        nodes: cost.samples,
+        lights: cost.lights,
+    };
+    Ok(Rendering { film, stats })
+}
+
+/// Whether one can sample so.
+///
+/// # Errors
+/// [`BackendError::Sampling`].
+pub fn check(sampling: &Sampling) -> Result<(), BackendError> {
+    let Sampling { spp, max_error, .. } = *sampling;
+    let sound = (1..=MAX_SPP).contains(&spp) && max_error.is_none_or(|e| e.is_finite() && e > 0.0);
+    if sound { Ok(()) } else { Err(BackendError::Sampling { spp, max_error }) }
+}
+
+/// What a light meter reads at a point relative to the camera: irradiance (W/m²) and the radiance reflected by a specular lobe
+/// of width `alpha` with Fresnel = 1, all lights together.
+pub fn measure(
+    prepared: &Prepared,
+    sampling: &Sampling,
+    frame: &ShadingFrame,
+    position: DVec3,
+    alpha: f32,
+) -> [DVec3; 2] {
+    let lights: Vec<_> = prepared.emitters.iter().map(Light::new).collect();
+    let lobe = prepared.lobe(Table::shipped(), alpha, frame.cos_theta as f32);
+    let reflector = Reflector::meter(alpha, frame, &lobe, sampling.lobe);
+    let dips = reflector.dips();
+    let point = Point::new(&lights, reflector, |light| light.seen_from(frame, position, dips));
+    estimate(&point, sampling).mean
+}
+
+/// The integral of one light alone: of the plain cosine, or of a lobe, 1 for a hemisphere of radiance 1. `c` are the
+/// images in the shading frame of the light-space x axis, y axis and origin. Also the number of samples.
+///
+/// # Errors
+/// Why the light does not reach the point.
+pub fn integral(
+    light: &Light<'_>,
+    sampling: &Sampling,
+    c: [DVec3; 3],
+    lobe: Option<&Lobe>,
+) -> Result<(DVec3, u32), Skip> {
+    let reflector = match lobe {
+        None => Reflector { diffuse: Some(DVec3::ONE), specular: None },
+        Some(lobe) => Reflector { diffuse: None, specular: Some(Gloss::ltc(lobe, DVec3::ONE)) },
+    };
+    let seen = light.source(c, reflector.dips())?;
+    let point = Point::new(core::slice::from_ref(light), reflector, |_| Ok(seen.clone()));
+    let estimate = estimate(&point, sampling);
+    let [diffuse, specular] = estimate.mean;
+    Ok((diffuse + specular, estimate.count * Plan::new(sampling, 1).batch))
+}
+
+fn estimate(point: &Point<'_>, sampling: &Sampling) -> Estimate {
+    let plan = Plan::new(sampling, 1);
+    let key = Key::new(sampling.seed);
+    plan.run(sampling.max_error, |batches, sums| {
+        for (batch, sum) in batches.zip(sums) {
+            *sum = point.sample(key.part(u64::from(batch)), plan.batch);
+        }
+    })
+}
+
+/// What one row of pixels has cost.
+#[derive(Clone, Debug)]
+struct Cost {
+    shaded: u64,
+    integrals: u64,
+    samples: u64,
+    lights: Vec<LightStats>,
+}
+
+impl Cost {
+    fn new(scene: &Scene) -> Self {
+        let lights = scene.lights.iter().map(|l| LightStats { name: l.name.clone(), ..LightStats::default() });
+        Self { shaded: 0, integrals: 0, samples: 0, lights: lights.collect() }
+    }
+
+    fn plus(mut self, other: Self) -> Self {
+        self.shaded += other.shaded;
+        self.integrals += other.integrals;
+        self.samples += other.samples;
+        for (a, b) in self.lights.iter_mut().zip(&other.lights) {
+            a.add(b);
+        }
+        self
+    }
+
+    /// Counts a light that a shading point with so many lobes has looked for.
+    fn note(&mut self, light: usize, lobes: u64, skip: Option<Skip>) {
+        let stats = &mut self.lights[light];
+        stats.candidates += 2;
+        match skip {
+            None => {
+                self.integrals += lobes;
+                stats.no_lobe += 2 - lobes;
+            }
+            Some(Skip::Behind) => stats.behind += 2,
+            Some(Skip::BelowHorizon) => stats.below_horizon += 2,
+        }
+    }
+}
+
+/// One picture in the making.
+struct Frame<'a> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    sampling: Sampling,
+    plan: Plan,
+    prepared: &'a Prepared,
+    surfaces: &'a Surfaces<'a>,
+    lights: Vec<Light<'a>>,
+}
+
+impl Frame<'_> {
+    /// Pixels, the variances of what they reflect, and the cost.
+    fn run(&self, progress: &(dyn Fn(u64, u64) + Sync)) -> (Vec<Shaded>, Vec<[f32; 3]>, Cost) {
+        let width = self.settings.width as usize;
+        let total = width * self.settings.height as usize;
+        let (mut pixels, mut variance) = (vec![Shaded::default(); total], vec![[0.0; 3]; total]);
+        let done = AtomicU64::new(0);
+        let rows = pixels.par_chunks_mut(width).zip(variance.par_chunks_mut(width)).enumerate();
+        let cost = rows
+            .map(|(y, (pixels, variance))| {
+                let mut cost = Cost::new(self.scene);
+                for (x, (pixel, variance)) in pixels.iter_mut().zip(variance).enumerate() {
+                    let estimate = self.pixel(x as u32, y as u32, pixel, &mut cost);
+                    *variance = estimate.variance().as_vec3().to_array();
+                }
+                let done = done.fetch_add(width as u64, Ordering::Relaxed) + width as u64;
+                progress(done, total as u64);
+                cost
+            })
+            .reduce(|| Cost::new(self.scene), Cost::plus);
+        (pixels, variance, cost)
+    }
+
+    /// Finds what a pixel reflects.
+    fn pixel(&self, x: u32, y: u32, pixel: &mut Shaded, cost: &mut Cost) -> Estimate {
+        let points = self.points(x, y);
+        if points.is_empty() {
+            return Estimate::default();
+        }
+        let share = 1.0 / f64::from(self.settings.samples);
+        let key = Key::new(self.sampling.seed).part(u64::from(y) * u64::from(self.settings.width) + u64::from(x));
+        let batch_size = self.plan.batch;
+        let estimate = self.plan.run(self.sampling.max_error, |batches, sums| {
+            for (position, surface) in &points {
+                let point = self.shading_point(surface, (batches.start == 0).then_some(&mut *cost));
+                for (batch, sum) in batches.clone().zip(&mut *sums) {
+                    let [diffuse, specular] = point.sample(key.part(u64::from(batch)).part(*position), batch_size);
+                    sum[0] += diffuse * share;
+                    sum[1] += specular * share;
+                }
+            }
+        });
+        cost.samples += u64::from(estimate.count) * u64::from(batch_size) * points.len() as u64;
+        let [diffuse, specular] = estimate.mean.map(|mean| mean.as_vec3());
+        *pixel = Shaded { diffuse, specular, coverage: (points.len() as f64 * share) as f32 };
+        estimate
+    }
+
+    /// The surface points of a pixel with the numbers of their sample positions.
+    fn points(&self, x: u32, y: u32) -> Vec<(u64, SurfacePoint)> {
+        let prepared = self.prepared;
+        let hit = |(i, &offset): (u64, &[f32; 2])| {
+            let direction = self.settings.direction(&prepared.rays, x, y, offset);
+            let (index, hit) = self.surfaces.nearest(direction)?;
+            let triangle = &prepared.triangles[index];
+            let textures = prepared.textures();
+            Some((i, surface_point(triangle, &prepared.materials, &textures, &prepared.rays, direction, hit)))
+        };
+        (0..).zip(&prepared.offsets).filter_map(hit).collect()
+    }
+
+    /// Counts in `cost`, if given.
+    fn shading_point(&self, point: &SurfacePoint, mut cost: Option<&mut Cost>) -> Point<'_> {
+        let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
+        let lobe = self.prepared.lobe(Table::shipped(), point.alpha, frame.cos_theta as f32);
+        let reflector = Reflector::new(point, &frame, lobe, self.sampling.lobe);
+        let lobes = u64::from(reflector.diffuse.is_some()) + u64::from(reflector.specular.is_some());
+        let dips = reflector.dips();
+        if let Some(cost) = &mut cost {
+            cost.shaded += 1;
+        }
+        Point::new(&self.lights, reflector, |light| {
+            let seen = light.seen_from(&frame, point.position.as_dvec3(), dips);
+            if let Some(cost) = &mut cost {
+                cost.note(light.emitter().light, lobes, seen.as_ref().err().copied());
+            }
+            seen
+        })
+    }
+}

@@ -1,0 +1,383 @@
+//! The lights as a shading point sees them: directions sampled over their areas, and what a given direction meets.
+//!
+//! All in the shading frame with the point as origin, f64. Densities are per steradian.
+
+use super::region::Region;
+use crate::backend::emitter::{Emitter, Geometry};
+use crate::backend::gather::Skip;
+use crate::kernel::frame::ShadingFrame;
+use crate::light::Form;
+use crate::light::picture::Picture;
+use crate::shape::Bounds;
+use core::f64::consts::{PI, TAU};
+use glam::{DVec2, DVec3};
+use std::borrow::Cow;
+
+/// One emission with what sampling it takes.
+#[derive(Clone, Debug)]
+pub struct Light<'a> {
+    emitter: &'a Emitter,
+    /// Linear Rec.709, to be multiplied by the picture.
+    radiance: DVec3,
+    body: Body<'a>,
+    /// Brightest component of the mean radiance.
+    strength: f64,
+}
+
+#[derive(Clone, Debug)]
+enum Body<'a> {
+    Flat(Cow<'a, Region>),
+    /// World units.
+    Sphere {
+        radius: f64,
+    },
+    /// World units.
+    Tube {
+        radius: f64,
+        half_length: f64,
+    },
+}
+
+/// A light from one shading point.
+#[derive(Clone, Debug)]
+pub struct Source<'a> {
+    light: &'a Light<'a>,
+    /// Images of the light-space x axis, y axis and origin.
+    c: [DVec3; 3],
+    place: Place<'a>,
+}
+
+#[derive(Clone, Debug)]
+enum Place<'a> {
+    Flat {
+        region: &'a Region,
+        /// c0 × c1, c1 × c2, c2 × c0.
+        cross: [DVec3; 3],
+        /// c0 × c1 · c2: negative in front.
+        volume: f64,
+    },
+    Sphere {
+        radius: f64,
+        inside: bool,
+    },
+    Tube {
+        axis: DVec3,
+        radius: f64,
+        half_length: f64,
+        inside: bool,
+    },
+}
+
+/// How a light stands to a shading point.
+struct View<'a> {
+    place: Place<'a>,
+    /// Largest height over the surface.
+    highest: f64,
+    /// A length that is not less than the distance.
+    distance: f64,
+    /// Solid angle times the cosine at the light, roughly.
+    extent: f64,
+}
+
+/// Light from one direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Incidence {
+    /// Unit vector towards the light.
+    pub direction: DVec3,
+    /// Linear Rec.709; not yet 0 where a sampled point is outside the shape.
+    pub radiance: DVec3,
+    /// With which [`Source::sample`] finds the direction.
+    pub density: f64,
+}
+
+impl<'a> Light<'a> {
+    /// The region is made here if the emitter was prepared for another technique.
+    pub fn new(emitter: &'a Emitter) -> Self {
+        let [x, y] = [emitter.placement.x.length(), emitter.placement.y.length()];
+        let body = match emitter.form {
+            Form::Outline | Form::Rectangle | Form::Disc => Body::Flat(match &emitter.geometry {
+                Geometry::Sampled { region, .. } => Cow::Borrowed(region),
+                _ => Cow::Owned(Region::new(&emitter.shape)),
+            }),
+            Form::Sphere { radius } => Body::Sphere { radius: radius * (x * y).sqrt() },
+            Form::Tube { radius, length } => Body::Tube { radius: radius * y, half_length: 0.5 * length * x },
+        };
+        Self { emitter, radiance: DVec3::ONE, body, strength: 1.0 }.with_radiance(emitter.radiance.as_dvec3())
+    }
+
+    /// The same light with another radiance.
+    #[must_use]
+    pub fn with_radiance(self, radiance: DVec3) -> Self {
+        let mean = self.emitter.picture.as_ref().map_or(DVec3::ONE, |picture| {
+            let sum = picture.texels.iter().fold(DVec3::ZERO, |sum, t| sum + t.truncate().as_dvec3());
+            sum / picture.texels.len() as f64
+        });
+        Self { radiance, strength: (radiance * mean).max_element(), ..self }
+    }
+
+    /// The emission.
+    pub const fn emitter(&self) -> &'a Emitter {
+        self.emitter
+    }
+
+    /// Whether it emits nothing.
+    pub fn is_dark(&self) -> bool {
+        self.strength <= 0.0
+    }
+
+    /// The light from a point relative to the camera, and how much of the samples it deserves (more than 0). `dips`: whether
+    /// light from below the surface counts.
+    pub fn seen_from(&'a self, frame: &ShadingFrame, position: DVec3, dips: bool) -> Result<(Source<'a>, f64), Skip> {
+        let p = &self.emitter.placement;
+        let c = [p.x, p.y, p.origin - position].map(|v| frame.to_local(v));
+        self.source(c, dips)
+    }
+
+    /// As [`Light::seen_from`], by the images in the shading frame of the light-space x axis, y axis and origin.
+    pub fn source(&'a self, c: [DVec3; 3], dips: bool) -> Result<(Source<'a>, f64), Skip> {
+        let View { place, highest, distance, extent } = match &self.body {
+            Body::Flat(region) => self.flat(region, c)?,
+            Body::Sphere { radius } => self.sphere(*radius, c[2])?,
+            Body::Tube { radius, half_length } => self.tube(*radius, *half_length, c)?,
+        };
+        if highest <= 0.0 && !dips {
+            return Err(Skip::BelowHorizon);
+        }
+        let incidence = (highest / distance).clamp(0.01, 1.0);
+        Ok((Source { light: self, c, place }, self.strength * extent * incidence))
+    }
+
+    fn flat(&self, region: &'a Region, c: [DVec3; 3]) -> Result<View<'a>, Skip> {
+        let cross = [c[0].cross(c[1]), c[1].cross(c[2]), c[2].cross(c[0])];
+        let volume = cross[0].dot(c[2]);
+        if volume == 0.0 || (volume > 0.0 && !self.emitter.two_sided) {
+            return Err(Skip::Behind);
+        }
+        let Bounds { min, max } = region.bounds();
+        let corners = [min, max, DVec2::new(min.x, max.y), DVec2::new(max.x, min.y)];
+        let height = |p: DVec2| c[0].z * p.x + c[1].z * p.y + c[2].z;
+        let highest = corners.into_iter().map(height).fold(f64::NEG_INFINITY, f64::max);
+        let stretch = cross[0].length();
+        let area = stretch * region.area();
+        let center = region.bounds().center();
+        let distance = ((c[0] * center.x + c[1] * center.y + c[2]).length_squared() + area).sqrt();
+        let facing = (volume.abs() / stretch / distance).clamp(0.01, 1.0);
+        let extent = area / (distance * distance) * facing;
+        Ok(View { place: Place::Flat { region, cross, volume }, highest, distance, extent })
+    }
+
+    fn sphere(&self, radius: f64, center: DVec3) -> Result<View<'a>, Skip> {
+        let distance = center.length();
+        let inside = distance < radius;
+        if inside && !self.emitter.two_sided {
+            return Err(Skip::Behind);
+        }
+        let sine = (radius / distance).min(1.0);
+        let place = Place::Sphere { radius, inside };
+        Ok(View { place, highest: center.z + radius, distance: distance + radius, extent: sine * sine })
+    }
+
+    fn tube(&self, radius: f64, half_length: f64, [x, _, center]: [DVec3; 3]) -> Result<View<'a>, Skip> {
+        let axis = x.normalize();
+        let along = axis.dot(center);
+        let inside = (center - axis * along).length() < radius && along.abs() < half_length;
+        if inside && !self.emitter.two_sided {
+            return Err(Skip::Behind);
+        }
+        let highest = center.z + axis.z.abs() * half_length + radius * (1.0 - axis.z * axis.z).max(0.0).sqrt();
+        let area = radius * (4.0 * half_length + PI * radius);
+        let distance = (center.length_squared() + area).sqrt();
+        let place = Place::Tube { axis, radius, half_length, inside };
+        Ok(View { place, highest, distance, extent: area / (distance * distance) })
+    }
+
+    /// Radiance at a light-space point of the emission.
+    fn radiance(&self, p: DVec2) -> DVec3 {
+        self.emitter.picture.as_ref().map_or(self.radiance, |picture| self.radiance * texel(picture, p))
+    }
+}
+
+/// A picture's colour at a light-space point: bilinear, beyond the outer texel centres constant.
+fn texel(picture: &Picture, p: DVec2) -> DVec3 {
+    let size = DVec2::new(picture.width.into(), picture.height.into());
+    let share = (p - picture.low) / (picture.high - picture.low);
+    let at = (DVec2::new(share.x, 1.0 - share.y) * size - 0.5).clamp(DVec2::ZERO, size - 1.0);
+    let (x, y) = (at.x as usize, at.y as usize);
+    let (right, below) = ((x + 1).min(picture.width as usize - 1), (y + 1).min(picture.height as usize - 1));
+    let texel = |x: usize, y: usize| picture.texels[y * picture.width as usize + x].truncate().as_dvec3();
+    let f = at.fract();
+    texel(x, y).lerp(texel(right, y), f.x).lerp(texel(x, below).lerp(texel(right, below), f.x), f.y)
+}
+
+impl Source<'_> {
+    /// A direction to the light for a point of the unit square, or none where it meets the dark side.
+    ///
+    /// Flat lights and tubes evenly by area, spheres evenly by solid angle.
+    pub fn sample(&self, uv: [f64; 2]) -> Option<Incidence> {
+        match &self.place {
+            Place::Flat { region, volume, .. } => {
+                let p = region.sample(uv);
+                let winding = region.winding(p);
+                if winding == 0 {
+                    return None;
+                }
+                let [x, y, origin] = self.c;
+                let to_light = x * p.x + y * p.y + origin;
+                let distance = to_light.length();
+                Some(Incidence {
+                    direction: to_light / distance,
+                    radiance: self.light.radiance(p) * f64::from(winding),
+                    density: distance.powi(3) / (volume.abs() * region.area()),
+                })
+            }
+            Place::Sphere { radius, inside } => self.sample_sphere(*radius, *inside, uv),
+            Place::Tube { axis, radius, half_length, inside } => {
+                let (normal, offset) = tube_point(*axis, *radius, *half_length, uv);
+                let to_light = self.c[2] + offset;
+                let distance = to_light.length();
+                let direction = to_light / distance;
+                let cos = if *inside { normal.dot(direction) } else { -normal.dot(direction) };
+                (cos > 0.0).then(|| Incidence {
+                    direction,
+                    radiance: self.body_radiance(offset),
+                    density: distance * distance / (cos * tube_area(*radius, *half_length)),
+                })
+            }
+        }
+    }
+
+    /// What the light sends from a direction, where that meets it.
+    pub fn meet(&self, direction: DVec3) -> Option<Incidence> {
+        match &self.place {
+            Place::Flat { region, cross, volume } => {
+                let slope = cross[0].dot(direction);
+                let distance = volume / slope;
+                // A direction in the plane meets it nowhere.
+                if !(distance > 0.0 && distance.is_finite()) {
+                    return None;
+                }
+                let p = DVec2::new(cross[1].dot(direction), cross[2].dot(direction)) / slope;
+                let winding = region.winding(p);
+                (winding != 0).then(|| Incidence {
+                    direction,
+                    radiance: self.light.radiance(p) * f64::from(winding),
+                    density: distance * distance / (slope.abs() * region.area()),
+                })
+            }
+            Place::Sphere { radius, inside } => {
+                let center = self.c[2];
+                let along = center.dot(direction);
+                let off = center.cross(direction).length_squared();
+                let half_chord = (radius * radius - off).sqrt();
+                if !(*inside || along > 0.0 && half_chord >= 0.0) {
+                    return None;
+                }
+                let distance = if *inside { along + half_chord } else { along - half_chord };
+                let radiance = self.body_radiance(direction * distance - center);
+                Some(Incidence { direction, radiance, density: sphere_density(*radius, center.length(), *inside) })
+            }
+            Place::Tube { axis, radius, half_length, inside } => {
+                let (distance, normal) = meet_tube(self.c[2], *axis, *radius, *half_length, *inside, direction)?;
+                let cos = normal.dot(direction).abs();
+                Some(Incidence {
+                    direction,
+                    radiance: self.body_radiance(direction * distance - self.c[2]),
+                    density: distance * distance / (cos * tube_area(*radius, *half_length)),
+                })
+            }
+        }
+    }
+
+    fn sample_sphere(&self, radius: f64, inside: bool, [u, v]: [f64; 2]) -> Option<Incidence> {
+        let center = self.c[2];
+        let span = if inside { 2.0 } else { cap_height(radius, center.length()) };
+        // Height of the direction below the pole of the cap.
+        let fall = v * span;
+        let (across, up) = center.normalize_or(DVec3::Z).any_orthonormal_pair();
+        let pole = across.cross(up);
+        let [cos, sin] = DVec2::from_angle(TAU * u).to_array();
+        let direction = (across * cos + up * sin) * (fall * (2.0 - fall)).max(0.0).sqrt() + pole * (1.0 - fall);
+        self.meet(direction)
+    }
+
+    /// Radiance of a body at a point relative to its centre: its picture is seen along the light's normal.
+    fn body_radiance(&self, offset: DVec3) -> DVec3 {
+        let [x, y, _] = self.c;
+        self.light.radiance(DVec2::new(offset.dot(x) / x.length_squared(), offset.dot(y) / y.length_squared()))
+    }
+}
+
+/// 1 − cos of the half-angle under which a sphere is seen.
+fn cap_height(radius: f64, distance: f64) -> f64 {
+    let sine = (radius / distance).min(1.0);
+    let squared = sine * sine;
+    squared / (1.0 + (1.0 - squared).sqrt())
+}
+
+fn sphere_density(radius: f64, distance: f64, inside: bool) -> f64 {
+    let span = if inside { 2.0 } else { cap_height(radius, distance) };
+    1.0 / (TAU * span)
+}
+
+/// Area of a tube with both caps.
+fn tube_area(radius: f64, half_length: f64) -> f64 {
+    TAU * radius * (2.0 * half_length + radius)
+}
+
+/// Outer normal and place relative to the centre of a point of a tube, even over its area: side first, then the caps.
+fn tube_point(axis: DVec3, radius: f64, half_length: f64, [u, v]: [f64; 2]) -> (DVec3, DVec3) {
+    let (a, b) = axis.any_orthonormal_pair();
+    let [cos, sin] = DVec2::from_angle(TAU * u).to_array();
+    let radial = a * cos + b * sin;
+    let place = v * (2.0 * half_length + radius);
+    if place < 2.0 * half_length {
+        return (radial, radial * radius + axis * (place - half_length));
+    }
+    let cap = 2.0 * (place - 2.0 * half_length) / radius;
+    let (sign, share) = if cap < 1.0 { (1.0, cap) } else { (-1.0, cap - 1.0) };
+    (axis * sign, radial * (radius * share.clamp(0.0, 1.0).sqrt()) + axis * (half_length * sign))
+}
+
+/// Distance and outer normal where a ray from the origin enters a tube, or leaves it when it starts inside.
+fn meet_tube(
+    center: DVec3,
+    axis: DVec3,
+    radius: f64,
+    half_length: f64,
+    inside: bool,
+    direction: DVec3,
+) -> Option<(f64, DVec3)> {
+    let along = [-center.dot(axis), direction.dot(axis)];
+    let (from, across) = (-center - axis * along[0], direction - axis * along[1]);
+    let steep = across.length_squared();
+    // Squared half chord: from the cross product, which far away keeps the digits that b² − ac loses.
+    let chord = steep * radius * radius - from.cross(across).length_squared();
+    let (enter_side, leave_side) = if steep > 0.0 {
+        let (middle, half) = (-from.dot(across) / steep, chord.max(0.0).sqrt() / steep);
+        (middle - half, middle + half)
+    } else {
+        (f64::NEG_INFINITY, f64::INFINITY)
+    };
+    let missed = if steep > 0.0 { chord <= 0.0 } else { from.length() >= radius };
+    let (enter_caps, leave_caps) = if along[1] == 0.0 {
+        if along[0].abs() >= half_length {
+            return None;
+        }
+        (f64::NEG_INFINITY, f64::INFINITY)
+    } else {
+        let (a, b) = ((-half_length - along[0]) / along[1], (half_length - along[0]) / along[1]);
+        (a.min(b), a.max(b))
+    };
+    let (enter, leave) = (enter_side.max(enter_caps), leave_side.min(leave_caps));
+    if missed || enter >= leave || leave <= 0.0 || (enter <= 0.0 && !inside) {
+        return None;
+    }
+    let (distance, on_side) = if inside { (leave, leave_side < leave_caps) } else { (enter, enter_side > enter_caps) };
+    let normal = if on_side {
+        (from + across * distance) / radius
+    } else {
+        let forward = if inside { 1.0 } else { -1.0 };
+        axis * (forward * along[1].signum())
+    };
+    Some((distance, normal))
+}

@@ -1,0 +1,233 @@
+//! [`Region`]: points spread evenly over a shape, and the test whether a point is in it.
+
+use crate::shape::{Bounds, CubicBez, Shape};
+use core::ops::Range;
+use glam::DVec2;
+
+/// Fewest and most cells of the grid.
+const CELLS: Range<f64> = 4096.0..1_048_576.0;
+/// Cells a curve may cost.
+const CELLS_PER_CURVE: f64 = 4096.0;
+/// Part of the covering cells that lies in the shape, at which the grid is fine enough.
+const FILLED: f64 = 0.9;
+/// How far a curve's box is grown, of a cell.
+const MARGIN: f64 = 1e-6;
+/// Halvings of a curve until its boxes are as small as cells.
+const HALVINGS: u32 = 24;
+/// State of a cell that a curve may cross.
+const CROSSED: i8 = i8::MIN;
+
+/// A shape under a grid of cells: those that no curve crosses have one winding number, known; in those that are crossed
+/// it comes from the curves of the row, as [`Shape::winding`] finds it.
+#[derive(Clone, Debug)]
+pub struct Region {
+    bounds: Bounds,
+    cell: DVec2,
+    columns: usize,
+    rows: usize,
+    /// Winding number of each cell or [`CROSSED`], row by row from the lowest.
+    states: Vec<i8>,
+    /// Columns of the cells with winding or crossed, row by row.
+    covering: Vec<u32>,
+    /// Where each row begins in `covering`, and the end.
+    covering_rows: Vec<u32>,
+    curves: Vec<Boxed>,
+    /// Indices of the curves that reach each row.
+    crossing: Vec<u32>,
+    /// Where each row begins in `crossing`, and the end.
+    crossing_rows: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Boxed {
+    curve: CubicBez,
+    left: f64,
+    right: f64,
+}
+
+impl Boxed {
+    /// What the curve adds to the winding number of `p`: its crossings with the ray to the right.
+    fn winding(&self, p: DVec2) -> i32 {
+        if self.right <= p.x {
+            return 0;
+        }
+        if self.left > p.x {
+            // All of it lies to the right: only the ends matter.
+            return i32::from(self.curve.p0.y <= p.y) - i32::from(self.curve.p3.y <= p.y);
+        }
+        let mut winding = 0;
+        self.curve.crossings(p.y, |x, direction| {
+            if x > p.x {
+                winding += direction;
+            }
+        });
+        winding
+    }
+}
+
+impl Region {
+    /// The grid over `shape`, which has an area. Refined until nine tenths of the cells' area lie in the shape, or until
+    /// there are 4096 cells for each curve, or 2²⁰.
+    pub fn new(shape: &Shape) -> Self {
+        let most = (CELLS_PER_CURVE * shape.curves().count() as f64).clamp(CELLS.start, CELLS.end);
+        let area = shape.area();
+        let mut cells = CELLS.start;
+        loop {
+            let region = Self::with_cells(shape, cells);
+            if area >= FILLED * region.area() || 4.0 * cells > most {
+                return region;
+            }
+            cells *= 4.0;
+        }
+    }
+
+    fn with_cells(shape: &Shape, cells: f64) -> Self {
+        let bounds = shape.bounds();
+        let size = bounds.size();
+        let columns = (cells * size.x / size.y).sqrt().round().clamp(1.0, cells);
+        let rows = (cells / columns).round().max(1.0);
+        let cell = size / DVec2::new(columns, rows);
+        let boxed = |&curve: &CubicBez| {
+            let x = curve.points().map(|p| p.x);
+            let fold = |f: fn(f64, f64) -> f64| f(f(x[0], x[1]), f(x[2], x[3]));
+            Boxed { curve, left: fold(f64::min), right: fold(f64::max) }
+        };
+        let mut region = Self {
+            bounds,
+            cell,
+            columns: columns as usize,
+            rows: rows as usize,
+            states: vec![0; columns as usize * rows as usize],
+            covering: Vec::new(),
+            covering_rows: Vec::new(),
+            curves: shape.curves().map(boxed).collect(),
+            crossing: Vec::new(),
+            crossing_rows: Vec::new(),
+        };
+        region.list_crossings();
+        for i in 0..region.curves.len() {
+            region.mark(region.curves[i].curve, HALVINGS);
+        }
+        region.wind();
+        region.cover();
+        region
+    }
+
+    /// The cells that a box meets, columns and rows, with a margin.
+    fn cells_of(&self, bounds: Bounds) -> [Range<usize>; 2] {
+        let low = (bounds.min - self.bounds.min) / self.cell - MARGIN;
+        let high = (bounds.max - self.bounds.min) / self.cell + MARGIN;
+        let range =
+            |low: f64, high: f64, n: usize| (low.max(0.0) as usize).min(n - 1)..(high.max(0.0) as usize + 1).min(n);
+        [range(low.x, high.x, self.columns), range(low.y, high.y, self.rows)]
+    }
+
+    fn list_crossings(&mut self) {
+        let spans: Vec<Range<usize>> = self
+            .curves
+            .iter()
+            .map(|c| {
+                let [_, rows] = self.cells_of(Bounds::of(c.curve.points()));
+                rows
+            })
+            .collect();
+        let mut starts = vec![0_u32; self.rows + 1];
+        for row in spans.iter().cloned().flatten() {
+            starts[row + 1] += 1;
+        }
+        for row in 0..self.rows {
+            starts[row + 1] += starts[row];
+        }
+        let mut next = starts.clone();
+        self.crossing = vec![0; starts[self.rows] as usize];
+        for (i, span) in spans.into_iter().enumerate() {
+            for row in span {
+                self.crossing[next[row] as usize] = i as u32;
+                next[row] += 1;
+            }
+        }
+        self.crossing_rows = starts;
+    }
+
+    /// Marks the cells that a curve may pass through: those under the boxes of parts as small as a cell.
+    fn mark(&mut self, curve: CubicBez, halvings: u32) {
+        let bounds = Bounds::of(curve.points());
+        if halvings > 0 && bounds.size().cmpgt(self.cell).any() {
+            self.mark(curve.subsegment(0.0, 0.5), halvings - 1);
+            self.mark(curve.subsegment(0.5, 1.0), halvings - 1);
+            return;
+        }
+        let [columns, rows] = self.cells_of(bounds);
+        for row in rows {
+            self.states[row * self.columns..][columns.clone()].fill(CROSSED);
+        }
+    }
+
+    /// Finds the winding number of the cells without a curve: neighbours in a row share it.
+    fn wind(&mut self) {
+        for row in 0..self.rows {
+            let mut known = None;
+            for column in 0..self.columns {
+                let i = row * self.columns + column;
+                if self.states[i] == CROSSED {
+                    known = None;
+                    continue;
+                }
+                let middle = self.bounds.min + self.cell * DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
+                // Contours that wind more often than an i8 counts are left to the curves.
+                let winding = *known.get_or_insert_with(|| self.winding_in_row(row, middle));
+                self.states[i] = i8::try_from(winding).unwrap_or(CROSSED);
+            }
+        }
+    }
+
+    fn cover(&mut self) {
+        self.covering_rows = vec![0];
+        for row in self.states.chunks(self.columns) {
+            self.covering.extend((0..).zip(row).filter(|(_, state)| **state != 0).map(|(column, _)| column));
+            self.covering_rows.push(self.covering.len() as u32);
+        }
+    }
+
+    fn winding_in_row(&self, row: usize, p: DVec2) -> i32 {
+        let list = self.crossing_rows[row] as usize..self.crossing_rows[row + 1] as usize;
+        self.crossing[list].iter().map(|&i| self.curves[i as usize].winding(p)).sum()
+    }
+
+    /// How often the contours wind round `p`: [`Shape::winding`].
+    pub fn winding(&self, p: DVec2) -> i32 {
+        if !(p.cmpge(self.bounds.min).all() && p.cmple(self.bounds.max).all()) {
+            return 0;
+        }
+        let at = (p - self.bounds.min) / self.cell;
+        let (column, row) = ((at.x as usize).min(self.columns - 1), (at.y as usize).min(self.rows - 1));
+        match self.states[row * self.columns + column] {
+            CROSSED => self.winding_in_row(row, p),
+            winding => i32::from(winding),
+        }
+    }
+
+    /// The area that [`Region::sample`] spreads its points over, light-space units²: the cells that hold some of the shape.
+    pub fn area(&self) -> f64 {
+        self.covering.len() as f64 * self.cell.x * self.cell.y
+    }
+
+    /// The place of a point of the unit square, even over [`Region::area`] and keeping its order in both directions. It may
+    /// lie outside the shape, where the winding number is 0.
+    pub fn sample(&self, [u, v]: [f64; 2]) -> DVec2 {
+        let cells = self.covering.len() as f64;
+        let place = (v * cells).min(cells.next_down());
+        let row = self.covering_rows[1..].partition_point(|&end| f64::from(end) <= place).min(self.rows - 1);
+        let (start, end) = (self.covering_rows[row] as usize, self.covering_rows[row + 1] as usize);
+        let across = u * (end - start) as f64;
+        let k = (across as usize).min(end - start - 1);
+        let inner = DVec2::new(across - k as f64, (place - start as f64) / (end - start) as f64);
+        let corner = DVec2::new(f64::from(self.covering[start + k]), row as f64);
+        self.bounds.min + self.cell * (corner + inner.clamp(DVec2::ZERO, DVec2::ONE))
+    }
+
+    /// The box around the shape's control points, light space.
+    pub const fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+}
