@@ -19,7 +19,7 @@ pub(super) enum Value<'r> {
 }
 
 /// The columns: name in the CSV, and heading for people, who do not see those without.
-pub(super) const COLUMNS: [(&str, &str); 18] = [
+pub(super) const COLUMNS: [(&str, &str); 19] = [
     ("technique", "technique"),
     ("backend", "on"),
     ("device", ""),
@@ -35,6 +35,7 @@ pub(super) const COLUMNS: [(&str, &str); 18] = [
     ("max", "max"),
     ("flip", "FLIP"),
     ("energy_ratio", "energy"),
+    ("noise", "noise"),
     ("yardstick", "yardstick"),
     ("picture", ""),
     ("error_map", ""),
@@ -60,6 +61,7 @@ pub(super) fn values(row: &Row) -> [Value<'_>; COLUMNS.len()] {
         number(errors.map(|e| e.max)),
         number(row.flip),
         errors.and_then(|e| e.energy_ratio).map_or(Value::None, Value::Ratio),
+        number(row.noise),
         word(&row.yardstick),
         Value::Text(&row.picture),
         word(&row.error_map),
@@ -204,9 +206,14 @@ fn counted(count: u32, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
+/// The columns that people see: those with a heading, and of those that can be empty all but the ones that are.
+pub(super) fn shown(block: &Block) -> Vec<usize> {
+    let filled = |i: usize| COLUMNS[i].0 != "noise" || block.rows.iter().any(|r| values(r)[i] != Value::None);
+    (0..COLUMNS.len()).filter(|&i| !COLUMNS[i].1.is_empty() && filled(i)).collect()
+}
+
 fn markdown_table(block: &Block) -> String {
-    let shown = |i: &usize| !COLUMNS[*i].1.is_empty();
-    let columns: Vec<usize> = (0..COLUMNS.len()).filter(shown).collect();
+    let columns = shown(block);
     let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
     let mut out = format!("\n## {}\n\n{}\n\n", escape(&block.title()), escape(&block.about));
     out += &line(columns.iter().map(|&i| COLUMNS[i].1.into()).collect());
