@@ -25,7 +25,7 @@ use std::io::Write;
 use std::sync::OnceLock;
 
 /// The GPU, or `None` with a loud line where there is none. With `CI` or `GLYPHLIGHT_REQUIRE_GPU` set that is a failure.
-fn gpu() -> Option<&'static GpuBackend> {
+pub fn gpu() -> Option<&'static GpuBackend> {
     static GPU: OnceLock<Result<GpuBackend, BackendError>> = OnceLock::new();
     match GPU.get_or_init(|| GpuBackend::new(AdapterChoice::Any)) {
         Ok(gpu) => Some(gpu),
