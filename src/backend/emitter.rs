@@ -6,7 +6,7 @@ use super::{BackendError, Technique};
 use crate::kernel::curve::Curve;
 use crate::kernel::quad::Quad;
 use crate::light::curves::curves;
-use crate::light::mask::{extent, light_picture, shape_picture};
+use crate::light::mask::{light_picture, shape_picture};
 use crate::light::mosaic::{CELLS, Mosaic};
 use crate::light::picture::Picture;
 use crate::light::prefilter::Prefiltered;
@@ -50,7 +50,7 @@ pub struct Emitter {
 /// A region as a technique reads it.
 #[derive(Clone, Debug)]
 pub enum Geometry {
-    /// The region itself.
+    /// The region itself, in one colour.
     Shape,
     /// A chord–moment tree.
     Tree(Tree),
@@ -197,7 +197,7 @@ const COLOR_SIZES: [f64; 2] = [64.0, 1024.0];
 /// A layer's picture, prefiltered for its shape, at the picture's own resolution. `None` for a shape of no extent.
 fn colors(shape: &Shape, picture: &Picture, square: &Square) -> Option<Arc<Prefiltered>> {
     let density = DVec2::new(f64::from(picture.width), f64::from(picture.height)) / (picture.high - picture.low);
-    let size = (extent(shape).size() * density).max_element().ceil().clamp(COLOR_SIZES[0], COLOR_SIZES[1]);
+    let size = (shape.extent().size() * density).max_element().ceil().clamp(COLOR_SIZES[0], COLOR_SIZES[1]);
     let on_shape = shape_picture(shape, picture, size as u32)?;
     Some(Arc::new(Prefiltered::new(&on_shape, square)))
 }
@@ -209,9 +209,9 @@ pub fn emitters(scene: &Scene, technique: &Technique) -> Result<Vec<Emitter>, Ba
         let whole = technique.takes_bodies_whole();
         let faces = || light.layers.iter().flat_map(|layer| faces(light, layer, whole));
         match *technique {
-            Technique::Quad { mask } if light.form.is_body() => faces()
-                .map(|f| Emitter::quad(scene, index, &[f.layer], f.placement, f.facing, mask))
-                .collect(),
+            Technique::Quad { mask } if light.form.is_body() => {
+                faces().map(|f| Emitter::quad(scene, index, &[f.layer], f.placement, f.facing, mask)).collect()
+            }
             Technique::Quad { mask } if !light.layers.is_empty() => {
                 vec![Emitter::quad(scene, index, &light.layers, light.placement, Facing::Fixed, mask)]
             }

@@ -6,6 +6,7 @@ use super::cpu::Surfaces;
 use super::emitter::Emitter;
 use super::prepared::Prepared;
 use super::silhouette::Body;
+use crate::light::picture::Picture;
 use crate::shape::{Contour, CubicBez};
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -108,6 +109,43 @@ pub fn see(prepared: &Prepared, surfaces: &Surfaces<'_>, settings: &Settings) ->
     sight
 }
 
+/// Most looks at a picture along each side of a pixel.
+const MAX_LOOKS: f64 = 16.0;
+
+/// A part of the camera's picture.
+struct View<'a> {
+    prepared: &'a Prepared,
+    settings: &'a Settings,
+    origin: [u32; 2],
+}
+
+impl View<'_> {
+    /// The mean colour of a light's picture in a pixel, by about one look per texel.
+    fn color(&self, layer: &Emitter, picture: &Picture, x: u32, y: u32) -> Vec4 {
+        let at = |dx: f32, dy: f32| self.light_point(layer, x, y, [dx, dy]);
+        let texel = picture.texel_size();
+        let [across, down] = [at(1.0, 0.5) - at(0.0, 0.5), at(0.5, 1.0) - at(0.5, 0.0)].map(|step| {
+            let looks = (step / texel).length();
+            // Where the pixel looks along the plane there is no end to it.
+            if looks.is_finite() { looks.ceil().clamp(1.0, MAX_LOOKS) as u32 } else { MAX_LOOKS as u32 }
+        });
+        let look = |i: u32| {
+            let place = |i: u32, count: u32| (i as f32 + 0.5) / count as f32;
+            let p = at(place(i % across, across), place(i / across, down));
+            if p.is_finite() { picture.sample(p) } else { Vec4::ZERO }
+        };
+        (0..across * down).map(look).sum::<Vec4>() / (across * down) as f32
+    }
+
+    /// Where the light's plane is met by the ray through a place in a pixel.
+    fn light_point(&self, layer: &Emitter, x: u32, y: u32, offset: [f32; 2]) -> DVec2 {
+        let ray =
+            self.settings.direction(&self.prepared.rays, self.origin[0] + x, self.origin[1] + y, offset).as_dvec3();
+        let normal = layer.placement.normal();
+        layer.placement.light_point(ray * (layer.placement.origin.dot(normal) / ray.dot(normal)))
+    }
+}
+
 /// The outline of one light, whose layers add up. `None` where it is out of the picture or shows its dark
 /// back or inside.
 fn outline<'a>(prepared: &Prepared, settings: &Settings, layers: &'a [Emitter]) -> Option<Outline<'a>> {
@@ -133,11 +171,18 @@ fn outline<'a>(prepared: &Prepared, settings: &Settings, layers: &'a [Emitter]) 
     let (width, height) = (right.saturating_sub(left), bottom.saturating_sub(top));
     let mut mask = Mask::new(width, height)?;
     let mut pixels = vec![Vec4::ZERO; width as usize * height as usize];
+    let view = View { prepared, settings, origin: [left, top] };
     for (layer, path) in &paths {
         mask.clear();
         mask.fill_path(path, FillRule::Winding, true, Transform::from_translate(-(left as f32), -(top as f32)));
         let paint = layer.radiance.extend(layer.opacity) / 255.0;
-        pixels.iter_mut().zip(mask.data()).for_each(|(pixel, &c)| *pixel += paint * f32::from(c));
+        let rows = pixels.par_chunks_mut(width as usize).zip(mask.data().par_chunks(width as usize));
+        rows.enumerate().for_each(|(y, (pixels, covered))| {
+            for (x, (pixel, &c)) in pixels.iter_mut().zip(covered).enumerate().filter(|(_, (_, c))| **c > 0) {
+                let color = layer.picture.as_ref().map_or(Vec4::ONE, |p| view.color(layer, p, x as u32, y as u32));
+                *pixel += paint * color * f32::from(c);
+            }
+        });
     }
     Some(Outline { light, body, origin: [left, top], size: [width, height], pixels })
 }

@@ -4,14 +4,19 @@
 
 mod backends;
 mod brdf;
+mod browser;
 mod cases;
 mod cli;
+mod compare;
 mod film;
 mod fonts;
 mod kernel;
 mod mask;
 mod mesh;
+mod metrics;
 mod mosaic;
+mod page;
+mod paint;
 mod painter;
 mod polygon;
 mod prefilter;

@@ -70,7 +70,7 @@ fn light(keys: &str) -> AreaLight {
 
 #[test]
 fn the_published_scene_works_as_it_stands() {
-    let Loaded { scene, warnings } = scene(PUBLISHED);
+    let Loaded { scene, warnings, .. } = scene(PUBLISHED);
     assert_eq!(warnings, Vec::<String>::new());
     assert_eq!((scene.camera.position, scene.camera.fov_y), (DVec3::new(1.5, 3.0, 6.5), 50.0));
     assert_eq!((scene.camera.look_at, scene.camera.up), (DVec3::new(0.0, 0.2, 0.8), DVec3::Y));

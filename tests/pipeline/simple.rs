@@ -155,11 +155,13 @@ fn a_sphere_above_the_horizon_has_its_closed_form() {
         for _ in 0..200 {
             let radius = rng.log_within(0.01, 10.0);
             let center = rng.direction() * 3.0;
-            let prepared = prepared(&light(simple::sphere(0.5 * radius), Placement {
-                origin: center,
-                x: DVec3::X * 2.0,
-                y: DVec3::Z * 2.0,
-            }), technique);
+            let prepared = prepared(
+                &light(
+                    simple::sphere(0.5 * radius),
+                    Placement { origin: center, x: DVec3::X * 2.0, y: DVec3::Z * 2.0 },
+                ),
+                technique,
+            );
             let distance = radius * rng.log_within(1.001, 30.0);
             let to = rng.direction();
             // A normal that leaves the whole sphere above the horizon: sin θ ≤ √(1 − r²/d²).
@@ -355,10 +357,8 @@ fn inside_it_is_dark() {
     assert!(sum(&tube, DVec3::new(0.99, 0.2, 0.23)) > 0.5);
     // Before the cap only the cap is seen.
     let before = sum(&tube, DVec3::new(1.2, 0.1, 0.0));
-    let cap = prepared(
-        &light(simple::disc(0.3), Placement { origin: DVec3::X, x: DVec3::Y, y: DVec3::Z }),
-        Technique::Tree,
-    );
+    let cap =
+        prepared(&light(simple::disc(0.3), Placement { origin: DVec3::X, x: DVec3::Y, y: DVec3::Z }), Technique::Tree);
     let disc = sum(&cap, DVec3::new(1.2, 0.1, 0.0));
     assert!(before > 0.5 && (before - disc).abs() < 1e-3, "{before} {disc}");
 }

@@ -8,9 +8,17 @@ use std::f64::consts::{PI, TAU};
 /// A body in world space.
 #[derive(Clone, Copy, Debug)]
 pub enum Body {
-    Sphere { center: DVec3, radius: f64 },
+    Sphere {
+        center: DVec3,
+        radius: f64,
+    },
     /// A cylinder with flat caps.
-    Tube { center: DVec3, axis: DVec3, radius: f64, length: f64 },
+    Tube {
+        center: DVec3,
+        axis: DVec3,
+        radius: f64,
+        length: f64,
+    },
 }
 
 impl Body {

@@ -74,7 +74,10 @@ fn a_body_has_no_back() {
 #[test]
 fn mistakes_are_named() {
     let cases = [
-        ("shape = \"cube\"", "scene.toml:5: light[0].shape = \"cube\": must be one of \"sphere\", \"disc\", \"ellipse\""),
+        (
+            "shape = \"cube\"",
+            "scene.toml:5: light[0].shape = \"cube\": must be one of \"sphere\", \"disc\", \"ellipse\"",
+        ),
         ("shape = 3", "light[0].shape = 3: must be a string"),
         ("shape = \"sphere\"", "light[0].radius: missing; it holds the radius in metres"),
         ("shape = \"sphere\"\nradius = 0", "scene.toml:6: light[0].radius = 0: must be a length of 1e-9 to 1e9 m"),
@@ -84,7 +87,10 @@ fn mistakes_are_named() {
             "scene.toml:7: light[0].length = 2: has no meaning for shape \"sphere\", which has radius",
         ),
         ("shape = \"disc\"\nsize = 2", "light[0].size = 2: has no meaning for shape \"disc\", which has radius"),
-        ("shape = \"ellipse\"\nradius = 2", "light[0].radius = 2: has no meaning for shape \"ellipse\", which has size"),
+        (
+            "shape = \"ellipse\"\nradius = 2",
+            "light[0].radius = 2: has no meaning for shape \"ellipse\", which has size",
+        ),
         ("shape = \"rectangle\"", "light[0].size: missing; it holds width and height"),
         ("shape = \"rectangle\"\nsize = [1, -1]", "light[0].size[1] = -1: must be a length of 1e-9 to 1e9 m"),
         ("shape = \"rectangle\"\nsize = [1e9, 1e-9]", "the light \"rectangle\" has no area"),
