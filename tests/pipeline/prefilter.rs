@@ -10,7 +10,7 @@ use glyphlight::kernel::horizon::Clip;
 use glyphlight::kernel::map::CosineMap;
 use glyphlight::kernel::picture::{Footprint, Level, fetch};
 use glyphlight::kernel::quad::{Quad, quad_integral};
-use glyphlight::light::mask::{extent, light_picture, shape_picture};
+use glyphlight::light::mask::{light_picture, shape_picture};
 use glyphlight::light::picture::Picture;
 use glyphlight::light::prefilter::Prefiltered;
 use glyphlight::light::{AreaLight, Form, Layer, Placement, Square};
@@ -53,7 +53,7 @@ fn a_mask_weighs_what_its_shape_weighs() {
     for font in bundled() {
         for letter in ["&", "g", "8", "Å", "W", "ﷺ", "光"] {
             let Some(shape) = text_in(letter, font.family).filter(|s| s.area() > 0.0) else { continue };
-            let area = extent(&shape).size();
+            let area = shape.extent().size();
             let expected = shape.area() / (area.x * area.y);
             for size in [64, 200, 512] {
                 let error = (mean(&mask(&shape, size)) - expected).abs();
@@ -61,7 +61,7 @@ fn a_mask_weighs_what_its_shape_weighs() {
                 checked += 1;
             }
             // A hundredth of the box more is too much.
-            let corner = extent(&shape).min;
+            let corner = shape.extent().min;
             let more = layer(Shape::rectangle(corner, corner + area * 0.1), DVec3::ONE);
             let picture = light_picture(&[layer(shape, DVec3::ONE), more], 200).unwrap();
             assert!((mean(&picture) - expected).abs() > 5e-3);
@@ -76,7 +76,7 @@ fn a_mask_ends_where_the_shape_ends() {
     let p = |x: f64, y: f64| DVec2::new(x, y);
     let arch = CubicBez::new(p(1.0, 0.0), p(1.0, 4.0), p(-1.0, 4.0), p(-1.0, 0.0));
     let shape = Shape::from_contours(vec![vec![CubicBez::line(p(-1.0, 0.0), p(1.0, 0.0)), arch]]).unwrap();
-    let bounds = extent(&shape);
+    let bounds = shape.extent();
     assert!((bounds.min - p(-1.0, 0.0)).length() < 1e-12 && (bounds.max - p(1.0, 3.0)).length() < 1e-12);
     assert!(shape.bounds().max.y > 3.9);
     let mask = mask(&shape, 90);
@@ -95,7 +95,7 @@ fn a_rectangle_is_one_throughout() {
             let picture = light_picture(&[layer(shape.clone(), radiance)], size).unwrap();
             let sent = radiance.as_vec3();
             assert!(picture.texels.iter().all(|t| *t == sent.extend(1.0)), "{low:?} {size}");
-            let filtered = Prefiltered::new(&picture, &Square::around(extent(&shape)).unwrap());
+            let filtered = Prefiltered::new(&picture, &Square::around(shape.extent()).unwrap());
             assert_eq!(filtered.peak, sent);
             assert!(filtered.texels.iter().all(|t| t.truncate() == Vec3::ONE), "{low:?} {size}");
         }
@@ -248,7 +248,7 @@ fn two_colors(low: DVec2, high: DVec2) -> Picture {
 fn colors_bleed_outward_and_never_darken() {
     let mut shape = text("&");
     shape.append(rectangle([0.9, 0.0], [0.905, 0.4]));
-    let bounds = extent(&shape);
+    let bounds = shape.extent();
     let case = Case::new(shape_picture(&shape, &two_colors(bounds.min, bounds.max), 100).unwrap());
     assert!((case.filtered.peak - Vec3::new(0.8, 0.0, 0.4)).abs().max_element() < 1e-6);
     for texel in &case.filtered.texels {
@@ -352,7 +352,7 @@ fn the_fetch_is_total() {
 }
 
 fn scene(layers: Vec<Layer>, y: f64, tilt: f64, material: Material) -> Scene {
-    let bounds = layers.iter().map(|l| extent(&l.shape)).reduce(|a, b| a.union(b)).unwrap();
+    let bounds = layers.iter().map(|l| l.shape.extent()).reduce(|a, b| a.union(b)).unwrap();
     let (center, low) = (bounds.center(), bounds.min.y);
     let looking = DVec3::new(0.0, 0.2, 0.3);
     Scene {
@@ -521,7 +521,7 @@ mod on_the_gpu {
         {
             for (y, tilt) in [(0.2, 0.0), (-0.3, 20.0)] {
                 let shape = text("&9");
-                let bounds = extent(&shape);
+                let bounds = shape.extent();
                 let colors = Some(Arc::new(two_colors(bounds.min, bounds.max)));
                 let mut layers = vec![Layer { picture: colors, ..layer(shape, DVec3::new(1.0, 2.0, 3.0)) }];
                 layers.push(layer(rectangle([0.1, 0.1], [0.4, 0.5]), DVec3::new(0.0, 1.0, 0.2)));
