@@ -12,7 +12,8 @@ fn gather(
     budget: ptr<function, Budget>,
 ) -> Gathered {
     let map = cosine_map(images, plain_cosine());
-    if map.depth == 0.0 {
+    // What a tube's rim hides of its side is no light to be taken away from an approximate one.
+    if map.depth == 0.0 || images.sign < 0.0 {
         return skipped_for(SKIP_BEHIND);
     }
     var integral: PalIntegral;

@@ -4,8 +4,8 @@
 // Shading frame: z is the normal, the view direction v = (sin theta, 0, cos theta), the mirror direction
 // r = (-sin theta, 0, cos theta). Only ratios of lengths count.
 //
-// This file depends on the constants SOLID_RECTANGLE, SOLID_DISC, SOLID_SPHERE and SOLID_TUBE (u32), the kinds, which come
-// from there.
+// This file depends on normalize_or_zero of horizon.wgsl and on the constants SOLID_RECTANGLE, SOLID_DISC, SOLID_SPHERE and
+// SOLID_TUBE (u32), the kinds, which come from there.
 
 // A light by its own axes, in its square.
 struct Solid {
@@ -18,8 +18,7 @@ struct Solid {
 
 // A light as a shading point sees it, in the shading frame; units are immaterial.
 struct Body {
-    // Rectangle: half-sides x and y. Disc: half-axes x and y. Sphere: radius |x|. Tube: half its axis x,
-    // radius |y|.
+    // Rectangle: half-sides x and y. Disc: half-axes x and y. Sphere: radius |x|. Tube: half its axis x, radius |y|.
     kind: u32,
     // Its middle, from the point.
     center: vec3f,
@@ -45,14 +44,6 @@ fn body_of(solid: Solid, middle: vec3f, x: vec3f, y: vec3f) -> Body {
 
 fn length_squared(v: vec3f) -> f32 {
     return dot(v, v);
-}
-
-fn normalize_or_zero(v: vec3f) -> vec3f {
-    let length2 = dot(v, v);
-    if length2 > 1e-37 {
-        return v * inverseSqrt(length2);
-    }
-    return vec3f();
 }
 
 // The integral of the plain cosine: irradiance over pi*radiance, 1 for a full hemisphere, where the approximations end. 0
@@ -247,7 +238,7 @@ fn cap_irradiance(cos: f32, sin2: f32) -> f32 {
 }
 
 // sin^2 of the half-angle of a disc that faces the point, and the cosine at the disc's own side.
-fn facing_disc(center: vec3f, x: vec3f, y: vec3f) -> vec2f {
+fn right_disc(center: vec3f, x: vec3f, y: vec3f) -> vec2f {
     let d2 = length_squared(center);
     let normal = cross(x, y);
     let r2 = length(normal);
@@ -258,12 +249,12 @@ fn facing_disc(center: vec3f, x: vec3f, y: vec3f) -> vec2f {
 }
 
 fn disc_solid_angle(center: vec3f, x: vec3f, y: vec3f) -> f32 {
-    let disc = facing_disc(center, x, y);
+    let disc = right_disc(center, x, y);
     return cap_solid_angle(disc.x) * disc.y;
 }
 
 fn disc_irradiance(center: vec3f, x: vec3f, y: vec3f) -> f32 {
-    let disc = facing_disc(center, x, y);
+    let disc = right_disc(center, x, y);
     if disc.y > 0.0 {
         return cap_irradiance(center.z / length(center), disc.x) * disc.y;
     }

@@ -9,10 +9,11 @@ use crate::kernel::quad::Quad;
 use crate::kernel::representative::{DISC, RECTANGLE, SPHERE, Solid, TUBE};
 use crate::light::curves::curves;
 use crate::light::distance::Polygons;
-use crate::light::mask::{extent, light_picture, shape_picture};
+use crate::light::mask::{light_picture, shape_picture};
 use crate::light::mosaic::{CELLS, Mosaic};
 use crate::light::picture::Picture;
 use crate::light::prefilter::Prefiltered;
+use crate::light::simple::{Face, Facing, faces};
 use crate::light::tree::{Tree, TreeError};
 use crate::light::{AreaLight, Form, Layer, Placement, Square};
 use crate::scene::Scene;
@@ -35,6 +36,8 @@ pub struct Emitter {
     pub two_sided: bool,
     /// What the light is as a body.
     pub form: Form,
+    /// How the region turns to the point that it shines on.
+    pub facing: Facing,
     /// The region.
     pub shape: Shape,
     /// The square that the region is normalised to.
@@ -50,7 +53,7 @@ pub struct Emitter {
 /// A region as a technique reads it.
 #[derive(Clone, Debug)]
 pub enum Geometry {
-    /// The region itself.
+    /// The region itself, in one colour.
     Shape,
     /// A chord–moment tree.
     Tree(Tree),
@@ -128,7 +131,7 @@ impl Geometry {
 
 /// A light as a body; an outline as the rectangle around it, shining by the part of it that the shape fills.
 fn solid(form: Form, shape: &Shape, square: Square) -> Solid {
-    let bounds = extent(shape);
+    let bounds = shape.extent();
     let half = (bounds.size() * (0.5 / square.half)).as_vec2();
     let center = ((bounds.center() - square.center) / square.half).as_vec2();
     let flat = |kind, coverage| Solid { center, half, kind, coverage };
@@ -149,15 +152,15 @@ fn solid(form: Form, shape: &Shape, square: Square) -> Solid {
 }
 
 impl Emitter {
-    fn new(scene: &Scene, index: usize, layer: &Layer, technique: &Technique) -> Result<Self, BackendError> {
+    fn new(scene: &Scene, index: usize, face: Face, technique: &Technique) -> Result<Self, BackendError> {
         let light: &AreaLight = &scene.lights[index];
+        let Face { layer, mut placement, facing } = face;
         let named = |source| BackendError::Light { light: light.name.clone(), source };
         let bounds = light.layers.iter().map(|l| l.shape.bounds()).fold(Bounds::EMPTY, Bounds::union);
-        let mut placement = light.placement;
         placement.origin -= scene.camera.position;
         let square = Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?;
         let whole = Whole { form: light.form, placement, extent: bounds.size().max_element() };
-        let geometry = Geometry::new(layer, &whole, technique).map_err(named)?;
+        let geometry = Geometry::new(&layer, &whole, technique).map_err(named)?;
         // Sampling and mosaics read the picture itself.
         let prefilters = !matches!(geometry, Geometry::Shape | Geometry::Sampled { .. } | Geometry::Mosaic(_));
         let colors = layer.picture.as_ref().filter(|_| prefilters).and_then(|p| colors(&layer.shape, p, &square));
@@ -167,23 +170,30 @@ impl Emitter {
             placement,
             radiance: layer.radiance.as_vec3() * peak,
             opacity: layer.opacity as f32,
-            two_sided: light.two_sided,
+            two_sided: light.two_sided || facing.has_two_sides(),
             form: light.form,
-            shape: layer.shape.clone(),
+            facing,
+            shape: layer.shape,
             square,
-            picture: layer.picture.clone(),
+            picture: layer.picture,
             colors,
             geometry,
         })
     }
 
-    /// All layers of a light as one picture on their bounding rectangle.
-    fn quad(scene: &Scene, index: usize, mask: u32) -> Result<Self, BackendError> {
+    /// Layers of a light as one picture on their bounding rectangle.
+    fn quad(
+        scene: &Scene,
+        index: usize,
+        layers: &[Layer],
+        mut placement: Placement,
+        facing: Facing,
+        mask: u32,
+    ) -> Result<Self, BackendError> {
         let light: &AreaLight = &scene.lights[index];
         let none = || BackendError::Light { light: light.name.clone(), source: TreeError::NoArea };
-        let mut placement = light.placement;
         placement.origin -= scene.camera.position;
-        let picture = light_picture(&light.layers, mask).ok_or_else(none)?;
+        let picture = light_picture(layers, mask).ok_or_else(none)?;
         let (low, high) = (picture.low, picture.high);
         let square = Square::around(Bounds { min: low, max: high }).ok_or_else(none)?;
         let colors = Prefiltered::new(&picture, &square);
@@ -192,8 +202,9 @@ impl Emitter {
             placement,
             radiance: colors.peak,
             opacity: 1.0,
-            two_sided: light.two_sided,
+            two_sided: light.two_sided || facing.has_two_sides(),
             form: light.form,
+            facing,
             shape: Shape::rectangle(low, high),
             square,
             picture: Some(Arc::new(picture)),
@@ -218,17 +229,13 @@ impl Emitter {
             opacity: 1.0,
             two_sided: false,
             form: Form::Outline,
+            facing: Facing::Fixed,
             square,
             picture: None,
             colors: None,
             geometry: Geometry::new(&layer, &whole, technique)?,
             shape: layer.shape,
         })
-    }
-
-    /// Whether it is a body with a volume, which has no back.
-    pub fn is_round(&self) -> bool {
-        matches!(&self.geometry, Geometry::Solid(solid) if matches!(solid.kind, SPHERE | TUBE))
     }
 
     /// The shape as a reader behind the light sees it: mirrored in x.
@@ -243,17 +250,25 @@ const COLOR_SIZES: [f64; 2] = [64.0, 1024.0];
 /// A layer's picture, prefiltered for its shape, at the picture's own resolution. `None` for a shape of no extent.
 fn colors(shape: &Shape, picture: &Picture, square: &Square) -> Option<Arc<Prefiltered>> {
     let density = DVec2::new(f64::from(picture.width), f64::from(picture.height)) / (picture.high - picture.low);
-    let size = (extent(shape).size() * density).max_element().ceil().clamp(COLOR_SIZES[0], COLOR_SIZES[1]);
+    let size = (shape.extent().size() * density).max_element().ceil().clamp(COLOR_SIZES[0], COLOR_SIZES[1]);
     let on_shape = shape_picture(shape, picture, size as u32)?;
     Some(Arc::new(Prefiltered::new(&on_shape, square)))
 }
 
-/// The emitters of all lights, relative to the camera: one for each layer, or for each light (`quad`).
+/// The emitters of all lights, relative to the camera: one for each layer of a flat light, or for all of them together (`quad`);
+/// one or more for a body, its round surface first.
 pub fn emitters(scene: &Scene, technique: &Technique) -> Result<Vec<Emitter>, BackendError> {
     let of_light = |(index, light): (usize, &AreaLight)| -> Vec<Result<Emitter, BackendError>> {
+        let whole = technique.takes_bodies_whole();
+        let faces = || light.layers.iter().flat_map(|layer| faces(light, layer, whole));
         match *technique {
-            Technique::Quad { mask } if !light.layers.is_empty() => vec![Emitter::quad(scene, index, mask)],
-            _ => light.layers.iter().map(|layer| Emitter::new(scene, index, layer, technique)).collect(),
+            Technique::Quad { mask } if light.form.is_body() => {
+                faces().map(|f| Emitter::quad(scene, index, &[f.layer], f.placement, f.facing, mask)).collect()
+            }
+            Technique::Quad { mask } if !light.layers.is_empty() => {
+                vec![Emitter::quad(scene, index, &light.layers, light.placement, Facing::Fixed, mask)]
+            }
+            _ => faces().map(|face| Emitter::new(scene, index, face, technique)).collect(),
         }
     };
     scene.lights.iter().enumerate().flat_map(of_light).collect()

@@ -277,7 +277,7 @@ fn cap_irradiance(cos: f32, sin2: f32) -> f32 {
 }
 
 /// sin² of the half-angle of a disc that faces the point, and the cosine at the disc's own side.
-fn facing_disc(center: Vec3, x: Vec3, y: Vec3) -> (f32, f32) {
+fn right_disc(center: Vec3, x: Vec3, y: Vec3) -> (f32, f32) {
     let d2 = center.length_squared();
     let normal = x.cross(y);
     let r2 = normal.length();
@@ -288,12 +288,12 @@ fn facing_disc(center: Vec3, x: Vec3, y: Vec3) -> (f32, f32) {
 }
 
 fn disc_solid_angle(center: Vec3, x: Vec3, y: Vec3) -> f32 {
-    let (sin2, cos) = facing_disc(center, x, y);
+    let (sin2, cos) = right_disc(center, x, y);
     cap_solid_angle(sin2) * cos
 }
 
 fn disc_irradiance(center: Vec3, x: Vec3, y: Vec3) -> f32 {
-    let (sin2, cos) = facing_disc(center, x, y);
+    let (sin2, cos) = right_disc(center, x, y);
     if cos > 0.0 { cap_irradiance(center.z / center.length(), sin2) * cos } else { 0.0 }
 }
 

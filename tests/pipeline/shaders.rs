@@ -20,7 +20,7 @@ use wgpu::naga::{Module, TypeInner, front::wgsl};
 
 fn validate(code: &str) -> Result<Module, String> {
     let module = wgsl::parse_str(code).map_err(|e| e.emit_to_string(code))?;
-    Validator::new(ValidationFlags::all(), Capabilities::empty())
+    Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32)
         .validate(&module)
         .map_err(|e| e.emit_to_string(code))?;
     Ok(module)

@@ -29,7 +29,7 @@ macro_rules! files {
 }
 
 /// What every technique needs to find its integrals.
-const LIGHTS: &[&str] = files!("types" "ltc" "frame" "map" "edge" "horizon" "shade");
+const LIGHTS: &[&str] = files!("types" "ltc" "frame" "body" "map" "edge" "horizon" "shade");
 
 /// What evaluates the integrals of a technique: the function `gather`.
 fn technique(name: &str) -> &'static [&'static str] {
@@ -61,12 +61,13 @@ pub fn gbuffer() -> Source {
 }
 
 /// Shading by the technique of that name: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR`, `TEXTURES`,
-/// `PICTURES` and `TRUE_HORIZON`.
+/// `PICTURES`, `BODIES` and `TRUE_HORIZON`.
 pub fn light(name: &str) -> Source {
     concatenate("light", &[LIGHTS, technique(name), files!("surface" "reflect" "nearest" "light")])
 }
 
-/// The light meter of the technique of that name: `read_meter`, with the overrides `PICTURES` and `TRUE_HORIZON`.
+/// The light meter of the technique of that name: `read_meter`, with the overrides `PICTURES`, `BODIES` and
+/// `TRUE_HORIZON`.
 pub fn meter(name: &str) -> Source {
     concatenate("meter", &[LIGHTS, technique(name), files!("meter")])
 }
