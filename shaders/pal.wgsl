@@ -63,9 +63,9 @@ fn weighted_place(map: CosineMap, polygon: Polygon, otherwise: vec3f) -> vec3f {
     for (var i = polygon.first; i < polygon.outer; i++) {
         let a = map_point(map, edges[i].xy - map.foot);
         let b = map_point(map, edges[i].zw - map.foot);
-        let length = length(b - a);
-        let wa = length / length(a);
-        let wb = length / length(b);
+        let span = length(b - a);
+        let wa = span / length(a);
+        let wb = span / length(b);
         place += a * wa + b * wb;
         weights += wa + wb;
     }

@@ -125,8 +125,8 @@ fn weighted_place(map: &CosineMap, polygon: &Polygon, edges: &[Vec4], otherwise:
     for edge in &edges[polygon.first as usize..polygon.outer as usize] {
         let a = map.point(edge.truncate().truncate() - map.foot);
         let b = map.point(Vec2::new(edge.z, edge.w) - map.foot);
-        let length = (b - a).length();
-        let (wa, wb) = (length / a.length(), length / b.length());
+        let span = (b - a).length();
+        let (wa, wb) = (span / a.length(), span / b.length());
         place += a * wa + b * wb;
         weights += wa + wb;
     }
