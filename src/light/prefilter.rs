@@ -18,7 +18,7 @@ use rayon::prelude::*;
 /// Width of the margin over the geometric mean of the picture's sides: Heitz's is an eighth of the texture.
 const MARGIN: f64 = 1.0 / 6.0;
 /// What the kernel's variance gains outside, over the squared distance to the light.
-const GROWTH: f64 = 0.5;
+const GROWTH: f64 = 1.0;
 /// σ of the widest Gaussian over the picture's longer side: over such a picture it is even to 1 %.
 const WIDEST: f64 = 8.0;
 /// Exponent at which a Gaussian is cut off: it is 3e-5 there.
@@ -47,7 +47,8 @@ impl Prefiltered {
         let distances = distances(&source);
         let stack = Stack { source: &source, plain: &plain, sigmas: &sigmas, distances: &distances };
         let baked: Vec<Vec<Vec3>> = (0..plain.len()).map(|k| stack.bake(k)).collect();
-        let peak = baked[0].iter().copied().fold(Vec3::ZERO, Vec3::max);
+        let inside = picture.texels.iter().filter(|texel| texel.w > 0.0);
+        let peak = inside.map(|texel| texel.truncate() / texel.w).fold(Vec3::ZERO, Vec3::max);
         let unit = peak.map(|v| if v > 0.0 { v.recip() } else { 0.0 });
         let low = ((source.low - square.center) / square.half).as_vec2();
         let per_unit = (square.half / (source.high - source.low)).as_vec2();

@@ -280,13 +280,13 @@ fn hard_scenes() -> Vec<(&'static str, Scene)> {
     ]
 }
 
-fn white_level(scene: &Scene) -> f32 {
+pub fn white_level(scene: &Scene) -> f32 {
     let layers = scene.lights.iter().flat_map(|l| &l.layers);
     layers.map(|l| l.radiance.max_element()).fold(1.0, f64::max) as f32
 }
 
 /// Fraction of pixels that differ by more than 1e-5 of the white level in any layer, and the largest difference over it.
-fn difference(a: &Film, b: &Film, white: f32) -> (f64, f32) {
+pub fn difference(a: &Film, b: &Film, white: f32) -> (f64, f32) {
     assert_eq!((a.width, a.height), (b.width, b.height));
     let pixel = |f: &Film, i: usize| -> Vec<f32> {
         let layers = [f.diffuse[i], f.specular[i], f.emission[i], f.background[i]];
@@ -302,7 +302,7 @@ fn difference(a: &Film, b: &Film, white: f32) -> (f64, f32) {
     (off, errors.into_iter().fold(0.0, f32::max))
 }
 
-fn agree((off, worst): (f64, f32)) -> bool {
+pub fn agree((off, worst): (f64, f32)) -> bool {
     off <= 0.05 && worst <= 1e-3
 }
 
@@ -336,7 +336,7 @@ fn every_scene_is_the_same_on_both() {
 }
 
 /// Samples are the same; decisions that hang on a rounding may differ.
-fn same_stats(a: &Stats, b: &Stats) -> bool {
+pub fn same_stats(a: &Stats, b: &Stats) -> bool {
     let near = |x: u64, y: u64| x.abs_diff(y) as f64 <= 1e-3 * x.max(y) as f64 + 2.0;
     let lights = a.lights.iter().zip(&b.lights).all(|(x, y)| {
         x.name == y.name

@@ -21,6 +21,7 @@ mod painter;
 mod polygon;
 mod prefilter;
 mod preset;
+mod reference;
 mod scene;
 mod shaders;
 mod shape;
