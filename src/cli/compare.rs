@@ -164,7 +164,7 @@ fn plan(args: &Args, staged: &Staged, settings: &Settings) -> Plan {
     let asked_for = asked.is_some();
     let asked = asked.unwrap_or_else(|| DEFAULT.iter().filter_map(|name| name.parse().ok()).collect());
     let sampling = |lobe| Technique::Reference(Sampling { spp: args.spp, lobe, ..Sampling::default() });
-    let yardstick = if is_flat_and_plain(scene) { Technique::Exact } else { sampling(ReferenceLobe::Ltc) };
+    let yardstick = if has_pictures(scene) { sampling(ReferenceLobe::Ltc) } else { Technique::Exact };
     let of = |technique: Technique, horizons| Settings { technique, horizons, ..*settings };
     let mut entries: Vec<Entry> = Vec::new();
     let mut left_out = Vec::new();
@@ -196,14 +196,14 @@ fn plan(args: &Args, staged: &Staged, settings: &Settings) -> Plan {
     Plan { entries, left_out, asked_for }
 }
 
-/// Whether contour integrals are all there is to the lights: flat, each layer of one radiance.
-fn is_flat_and_plain(scene: &Scene) -> bool {
-    scene.lights.iter().all(|l| !l.form.is_body() && l.layers.iter().all(|layer| layer.picture.is_none()))
+/// Whether a light changes its colour from place to place, which contour integrals cannot follow.
+fn has_pictures(scene: &Scene) -> bool {
+    scene.lights.iter().any(|l| l.layers.iter().any(|layer| layer.picture.is_some()))
 }
 
 /// Why a technique has nothing to show on a scene.
 fn why_not(technique: &Technique, scene: &Scene) -> Option<String> {
-    let pictures = scene.lights.iter().any(|l| l.layers.iter().any(|layer| layer.picture.is_some()));
+    let pictures = has_pictures(scene);
     match technique {
         Technique::Textured if !pictures => Some("no light of the scene has a picture; it would be the tree".into()),
         Technique::Exact if pictures => Some("a light of the scene has a picture, which a contour cannot hold".into()),

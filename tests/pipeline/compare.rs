@@ -212,10 +212,10 @@ fn the_tree_beats_the_masked_rectangle_tenfold() {
         let mut lit = scene.clone();
         lit.lights.iter_mut().flat_map(|l| &mut l.layers).for_each(|layer| layer.radiance *= brighter);
         let picture = scene.lights.iter().any(|l| l.layers.iter().any(|layer| layer.picture.is_some()));
-        let sampling = Sampling { spp: 16384, lobe: ReferenceLobe::Ltc, ..Sampling::default() };
+        let sampling = Sampling { spp: 512, lobe: ReferenceLobe::Ltc, ..Sampling::default() };
         let yardstick = if picture { Technique::Reference(sampling) } else { Technique::Exact };
         let render = |scene: &Scene, technique: Technique, horizons: Horizons| {
-            let settings = Settings { width: 40, height: 24, samples: 1, tolerance: 1e-4, technique, horizons };
+            let settings = Settings { width: 32, height: 18, samples: 1, tolerance: 1e-4, technique, horizons };
             CpuBackend.render(scene, &settings).unwrap().film.reflected().collect::<Vec<_>>()
         };
         let ours = (&lit, Technique::Tree, Horizons::Both);
