@@ -28,7 +28,7 @@ struct Gathered {
 
 // Whether an emission reaches the point: not from behind, and not in its own plane.
 fn is_behind(emitter: Emitter, images: Images) -> bool {
-    return images.front == 0.0 || (images.front < 0.0 && emitter.two_sided == 0u);
+    return !is_whole(emitter) && (images.front == 0.0 || (images.front < 0.0 && emitter.two_sided == 0u));
 }
 
 // A signed integral from the side the point is on.

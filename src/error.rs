@@ -26,6 +26,14 @@ pub enum Error {
         /// What is wrong with it.
         source: Box<crate::outline::OutlineError>,
     },
+    /// A picture to shine in cannot be used.
+    #[error("{path}: {source}")]
+    Picture {
+        /// The file as the user named it.
+        path: String,
+        /// What is wrong with it.
+        source: crate::scene::texture::TextureError,
+    },
     /// A shape has no tree.
     #[error(transparent)]
     Tree(#[from] crate::light::tree::TreeError),

@@ -383,6 +383,20 @@ impl Shape {
         self.contours.iter().map(Contour::bounds).fold(Bounds::EMPTY, Bounds::union)
     }
 
+    /// The smallest box around the curves themselves, handles aside; [`Bounds::EMPTY`] for an empty shape.
+    pub fn extent(&self) -> Bounds {
+        let turned = |c: &CubicBez| {
+            let [p0, p1, p2, p3] = c.points().map(|p| DVec2::new(p.y, p.x));
+            CubicBez::new(p0, p1, p2, p3)
+        };
+        let points = |c: &CubicBez| {
+            let turns: Vec<_> = c.turns().chain(turned(c).turns()).chain([0.0, 1.0]).collect();
+            let curve = *c;
+            turns.into_iter().map(move |t| curve.eval_exact(t))
+        };
+        Bounds::of(self.curves().flat_map(points))
+    }
+
     /// The shape under an affine map of the plane; a mirroring map turns the contours round so that outer
     /// contours stay counter-clockwise.
     #[must_use]

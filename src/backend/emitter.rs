@@ -1,15 +1,19 @@
 //! [`Emitter`]: an emission as the technique at hand reads it.
 
 use super::reference::region::Region;
-use super::technique::Sampling;
+use super::technique::{Basis, Sampling};
 use super::{BackendError, Technique};
 use crate::kernel::curve::Curve;
+use crate::kernel::pal;
 use crate::kernel::quad::Quad;
+use crate::kernel::representative::{DISC, RECTANGLE, SPHERE, Solid, TUBE};
 use crate::light::curves::curves;
-use crate::light::mask::{extent, light_picture, shape_picture};
+use crate::light::distance::Polygons;
+use crate::light::mask::{light_picture, shape_picture};
 use crate::light::mosaic::{CELLS, Mosaic};
 use crate::light::picture::Picture;
 use crate::light::prefilter::Prefiltered;
+use crate::light::simple::{Face, Facing, faces};
 use crate::light::tree::{Tree, TreeError};
 use crate::light::{AreaLight, Form, Layer, Placement, Square};
 use crate::scene::Scene;
@@ -32,6 +36,8 @@ pub struct Emitter {
     pub two_sided: bool,
     /// What the light is as a body.
     pub form: Form,
+    /// How the region turns to the point that it shines on.
+    pub facing: Facing,
     /// The region.
     pub shape: Shape,
     /// The square that the region is normalised to.
@@ -47,7 +53,7 @@ pub struct Emitter {
 /// A region as a technique reads it.
 #[derive(Clone, Debug)]
 pub enum Geometry {
-    /// The region itself.
+    /// The region itself, in one colour.
     Shape,
     /// A chord–moment tree.
     Tree(Tree),
@@ -67,6 +73,10 @@ pub enum Geometry {
     },
     /// The bounding rectangle.
     Quad(Quad),
+    /// Polygons and the basis they are projected with, one of [`crate::kernel::pal`].
+    Polygons(Polygons, u32),
+    /// A simple body, or the rectangle around the region.
+    Solid(Solid),
     /// Chord–moment trees of tiles of one colour each.
     Mosaic(Mosaic),
     /// A grid over the region, to be sampled.
@@ -78,35 +88,79 @@ pub enum Geometry {
     },
 }
 
+/// What a region is a part of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Whole {
+    /// What the light is as a body.
+    pub form: Form,
+    /// Where it stands.
+    pub placement: Placement,
+    /// Its longer side, light-space units.
+    pub extent: f64,
+}
+
 impl Geometry {
-    /// The region of `layer` as `technique` reads it; `extent` is the longer side of the whole light.
+    /// The region of `layer` as `technique` reads it.
     ///
     /// # Errors
     /// [`TreeError`] where it is none.
-    pub fn new(layer: &Layer, extent: f64, technique: &Technique) -> Result<Self, TreeError> {
+    pub fn new(layer: &Layer, whole: &Whole, technique: &Technique) -> Result<Self, TreeError> {
         let square = Square::around(layer.shape.bounds()).ok_or(TreeError::NoArea)?;
         Ok(match *technique {
             Technique::Tree if let Some(picture) = &layer.picture => {
-                Self::Mosaic(Mosaic::new(&layer.shape, picture, extent / CELLS)?)
+                Self::Mosaic(Mosaic::new(&layer.shape, picture, whole.extent / CELLS)?)
             }
             Technique::Exact => Self::Shape,
             Technique::Reference(sampling) => Self::Sampled { region: Region::new(&layer.shape), sampling },
             Technique::Kuge { eps } => Self::Kuge { curves: curves(&layer.shape, square), eps },
             Technique::Uniform { segments } => Self::Uniform { curves: curves(&layer.shape, square), segments },
+            Technique::Pal { basis } => {
+                let sides = DVec2::new(whole.placement.x.length(), whole.placement.y.length());
+                let basis = match basis {
+                    Basis::Centred => pal::CENTRED,
+                    Basis::Weighted => pal::WEIGHTED,
+                    Basis::Biased => pal::BIASED,
+                };
+                Self::Polygons(Polygons::new(&layer.shape, square, sides / sides.max_element()), basis)
+            }
+            Technique::Representative => Self::Solid(solid(whole.form, &layer.shape, square)),
             _ => Self::Tree(Tree::new(&layer.shape)?),
         })
     }
 }
 
+/// A light as a body; an outline as the rectangle around it, shining by the part of it that the shape fills.
+fn solid(form: Form, shape: &Shape, square: Square) -> Solid {
+    let bounds = shape.extent();
+    let half = (bounds.size() * (0.5 / square.half)).as_vec2();
+    let center = ((bounds.center() - square.center) / square.half).as_vec2();
+    let flat = |kind, coverage| Solid { center, half, kind, coverage };
+    let round = |kind, half: DVec2| {
+        let origin = (-square.center / square.half).as_vec2();
+        Solid { center: origin, half: (half / square.half).as_vec2(), kind, coverage: 1.0 }
+    };
+    match form {
+        Form::Outline => {
+            let whole = 4.0 * f64::from(half.x * half.y) * square.half * square.half;
+            flat(RECTANGLE, (shape.area() / whole).clamp(0.0, 1.0) as f32)
+        }
+        Form::Rectangle => flat(RECTANGLE, 1.0),
+        Form::Disc => flat(DISC, 1.0),
+        Form::Sphere { radius } => round(SPHERE, DVec2::splat(radius)),
+        Form::Tube { radius, length } => round(TUBE, DVec2::new(0.5 * length, radius)),
+    }
+}
+
 impl Emitter {
-    fn new(scene: &Scene, index: usize, layer: &Layer, technique: &Technique) -> Result<Self, BackendError> {
+    fn new(scene: &Scene, index: usize, face: Face, technique: &Technique) -> Result<Self, BackendError> {
         let light: &AreaLight = &scene.lights[index];
+        let Face { layer, mut placement, facing } = face;
         let named = |source| BackendError::Light { light: light.name.clone(), source };
         let bounds = light.layers.iter().map(|l| l.shape.bounds()).fold(Bounds::EMPTY, Bounds::union);
-        let mut placement = light.placement;
         placement.origin -= scene.camera.position;
         let square = Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?;
-        let geometry = Geometry::new(layer, bounds.size().max_element(), technique).map_err(named)?;
+        let whole = Whole { form: light.form, placement, extent: bounds.size().max_element() };
+        let geometry = Geometry::new(&layer, &whole, technique).map_err(named)?;
         // Sampling and mosaics read the picture itself.
         let prefilters = !matches!(geometry, Geometry::Shape | Geometry::Sampled { .. } | Geometry::Mosaic(_));
         let colors = layer.picture.as_ref().filter(|_| prefilters).and_then(|p| colors(&layer.shape, p, &square));
@@ -116,23 +170,30 @@ impl Emitter {
             placement,
             radiance: layer.radiance.as_vec3() * peak,
             opacity: layer.opacity as f32,
-            two_sided: light.two_sided,
+            two_sided: light.two_sided || facing.has_two_sides(),
             form: light.form,
-            shape: layer.shape.clone(),
+            facing,
+            shape: layer.shape,
             square,
-            picture: layer.picture.clone(),
+            picture: layer.picture,
             colors,
             geometry,
         })
     }
 
-    /// All layers of a light as one picture on their bounding rectangle.
-    fn quad(scene: &Scene, index: usize, mask: u32) -> Result<Self, BackendError> {
+    /// Layers of a light as one picture on their bounding rectangle.
+    fn quad(
+        scene: &Scene,
+        index: usize,
+        layers: &[Layer],
+        mut placement: Placement,
+        facing: Facing,
+        mask: u32,
+    ) -> Result<Self, BackendError> {
         let light: &AreaLight = &scene.lights[index];
         let none = || BackendError::Light { light: light.name.clone(), source: TreeError::NoArea };
-        let mut placement = light.placement;
         placement.origin -= scene.camera.position;
-        let picture = light_picture(&light.layers, mask).ok_or_else(none)?;
+        let picture = light_picture(layers, mask).ok_or_else(none)?;
         let (low, high) = (picture.low, picture.high);
         let square = Square::around(Bounds { min: low, max: high }).ok_or_else(none)?;
         let colors = Prefiltered::new(&picture, &square);
@@ -141,8 +202,9 @@ impl Emitter {
             placement,
             radiance: colors.peak,
             opacity: 1.0,
-            two_sided: light.two_sided,
+            two_sided: light.two_sided || facing.has_two_sides(),
             form: light.form,
+            facing,
             shape: Shape::rectangle(low, high),
             square,
             picture: Some(Arc::new(picture)),
@@ -158,17 +220,20 @@ impl Emitter {
     pub fn of_shape(shape: Shape, technique: &Technique) -> Result<Self, TreeError> {
         let square = Square::around(shape.bounds()).ok_or(TreeError::NoArea)?;
         let layer = Layer { shape, radiance: DVec3::ONE, opacity: 1.0, picture: None };
+        let placement = Placement { origin: DVec3::ZERO, x: DVec3::X, y: DVec3::Y };
+        let whole = Whole { form: Form::Outline, placement, extent: 2.0 * square.half };
         Ok(Self {
             light: 0,
-            placement: Placement { origin: DVec3::ZERO, x: DVec3::X, y: DVec3::Y },
+            placement,
             radiance: Vec3::ONE,
             opacity: 1.0,
             two_sided: false,
             form: Form::Outline,
+            facing: Facing::Fixed,
             square,
             picture: None,
             colors: None,
-            geometry: Geometry::new(&layer, 2.0 * square.half, technique)?,
+            geometry: Geometry::new(&layer, &whole, technique)?,
             shape: layer.shape,
         })
     }
@@ -185,17 +250,25 @@ const COLOR_SIZES: [f64; 2] = [64.0, 1024.0];
 /// A layer's picture, prefiltered for its shape, at the picture's own resolution. `None` for a shape of no extent.
 fn colors(shape: &Shape, picture: &Picture, square: &Square) -> Option<Arc<Prefiltered>> {
     let density = DVec2::new(f64::from(picture.width), f64::from(picture.height)) / (picture.high - picture.low);
-    let size = (extent(shape).size() * density).max_element().ceil().clamp(COLOR_SIZES[0], COLOR_SIZES[1]);
+    let size = (shape.extent().size() * density).max_element().ceil().clamp(COLOR_SIZES[0], COLOR_SIZES[1]);
     let on_shape = shape_picture(shape, picture, size as u32)?;
     Some(Arc::new(Prefiltered::new(&on_shape, square)))
 }
 
-/// The emitters of all lights, relative to the camera: one for each layer, or for each light (`quad`).
+/// The emitters of all lights, relative to the camera: one for each layer of a flat light, or for all of them together (`quad`);
+/// one or more for a body, its round surface first.
 pub fn emitters(scene: &Scene, technique: &Technique) -> Result<Vec<Emitter>, BackendError> {
     let of_light = |(index, light): (usize, &AreaLight)| -> Vec<Result<Emitter, BackendError>> {
+        let whole = technique.takes_bodies_whole();
+        let faces = || light.layers.iter().flat_map(|layer| faces(light, layer, whole));
         match *technique {
-            Technique::Quad { mask } if !light.layers.is_empty() => vec![Emitter::quad(scene, index, mask)],
-            _ => light.layers.iter().map(|layer| Emitter::new(scene, index, layer, technique)).collect(),
+            Technique::Quad { mask } if light.form.is_body() => {
+                faces().map(|f| Emitter::quad(scene, index, &[f.layer], f.placement, f.facing, mask)).collect()
+            }
+            Technique::Quad { mask } if !light.layers.is_empty() => {
+                vec![Emitter::quad(scene, index, &light.layers, light.placement, Facing::Fixed, mask)]
+            }
+            _ => faces().map(|face| Emitter::new(scene, index, face, technique)).collect(),
         }
     };
     scene.lights.iter().enumerate().flat_map(of_light).collect()

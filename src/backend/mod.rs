@@ -9,6 +9,7 @@ pub mod gpu;
 pub mod prepared;
 pub mod reference;
 mod sight;
+mod silhouette;
 pub mod technique;
 
 use crate::film::Film;
@@ -135,6 +136,12 @@ pub enum BackendError {
         light: String,
         /// What is wrong with its shape.
         source: crate::light::tree::TreeError,
+    },
+    /// The yardstick integrates regions of one colour.
+    #[error("light `{light}` has a picture, which technique `exact` cannot integrate; `reference` can")]
+    Picture {
+        /// Name of the light.
+        light: String,
     },
     /// A corner of a surface is no place that 32-bit floats can compute with.
     #[error("triangle {triangle}: its corner at {position} is beyond ±{limit:e} m from the camera")]

@@ -51,6 +51,10 @@ impl Prepared {
             right: frame.right.as_vec3().extend(0.0),
             up: frame.up.as_vec3().extend(0.0),
         };
+        let pictured = scene.lights.iter().find(|light| light.layers.iter().any(|layer| layer.picture.is_some()));
+        if let (Technique::Exact, Some(light)) = (settings.technique, pictured) {
+            return Err(BackendError::Picture { light: light.name.clone() });
+        }
         let eye = scene.camera.position;
         for (triangle, vertex) in scene.triangles.iter().enumerate().flat_map(|(i, t)| t.vertices.map(|v| (i, v))) {
             let position = vertex.position;

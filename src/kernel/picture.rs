@@ -46,7 +46,7 @@ impl Footprint {
     /// parallelogram over the unit square of tree space has the area |N|.
     pub fn new(map: &CosineMap) -> Self {
         let largest = map.normal.abs().max_element();
-        if !(largest > 0.0) {
+        if largest.is_nan() || largest <= 0.0 {
             return Self { place: map.foot, variance: f32::MAX };
         }
         // |N|² itself would leave the range of f32 for lights that are small and far.

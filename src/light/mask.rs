@@ -25,7 +25,7 @@ const LOOKS: u32 = 8;
 /// bit. The mean over the picture is the layers' mean within 1e-3 of the brightest, from 64 texels on. `None` where the
 /// rectangle has no area.
 pub fn light_picture(layers: &[Layer], size: u32) -> Option<Picture> {
-    let bounds = layers.iter().map(|l| extent(&l.shape)).fold(Bounds::EMPTY, Bounds::union);
+    let bounds = layers.iter().map(|l| l.shape.extent()).fold(Bounds::EMPTY, Bounds::union);
     let mut canvas = Canvas::new(bounds, size)?;
     for layer in layers {
         let radiance = layer.radiance.as_vec3();
@@ -39,19 +39,9 @@ pub fn light_picture(layers: &[Layer], size: u32) -> Option<Picture> {
 ///
 /// `size`: texels along the longer side, at least 1. `None` where the rectangle has no area.
 pub fn shape_picture(shape: &Shape, colors: &Picture, size: u32) -> Option<Picture> {
-    let mut canvas = Canvas::new(extent(shape), size)?;
+    let mut canvas = Canvas::new(shape.extent(), size)?;
     canvas.lay(shape, Some(colors), |color| color.extend(1.0));
     Some(canvas.picture)
-}
-
-/// The smallest box around the curves themselves, handles aside.
-pub fn extent(shape: &Shape) -> Bounds {
-    let along_y = |c: &CubicBez| c.turns().map(|t| c.eval(t)).collect::<Vec<_>>();
-    let along_x = |c: &CubicBez| {
-        let [p0, p1, p2, p3] = c.points().map(|p| DVec2::new(p.y, p.x));
-        CubicBez::new(p0, p1, p2, p3).turns().map(|t| c.eval(t)).collect::<Vec<_>>()
-    };
-    Bounds::of(shape.curves().flat_map(|c| [vec![c.p0, c.p3], along_x(c), along_y(c)]).flatten())
 }
 
 /// A picture that layers are laid on.
@@ -170,23 +160,8 @@ impl<'a> Looks<'a> {
         let [across, down] = self.counts;
         let look = |i: u32| {
             let cell = DVec2::new(f64::from(i % across) + 0.5, f64::from(i / across) + 0.5);
-            bilinear(self.colors, place(cell / DVec2::new(f64::from(across), f64::from(down)))).truncate()
+            self.colors.sample(place(cell / DVec2::new(f64::from(across), f64::from(down)))).truncate()
         };
         (0..across * down).map(look).sum::<Vec3>() / (across * down) as f32
     }
-}
-
-/// A picture's colour at a light-space point.
-fn bilinear(picture: &Picture, p: DVec2) -> Vec4 {
-    let Picture { width, height, low, high, .. } = *picture;
-    let size = high - low;
-    let axis = |v: f64, n: u32| {
-        let v = (v * f64::from(n) - 0.5).max(0.0).min(f64::from(n - 1));
-        let first = v.floor();
-        (first as u32, (first as u32 + 1).min(n - 1), (v - first) as f32)
-    };
-    let (x0, x1, fx) = axis((p.x - low.x) / size.x, width);
-    let (y0, y1, fy) = axis((high.y - p.y) / size.y, height);
-    let at = |x: u32, y: u32| picture.texels[y as usize * width as usize + x as usize];
-    at(x0, y0).lerp(at(x1, y0), fx).lerp(at(x0, y1).lerp(at(x1, y1), fx), fy)
 }

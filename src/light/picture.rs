@@ -1,8 +1,11 @@
 //! [`Picture`]: the colours of a light's plane.
 
-use crate::shape::{CubicBez, Shape};
+use crate::shape::{Bounds, CubicBez, Shape};
 use glam::{DVec2, DVec4, Vec4};
 use std::ops::Range;
+
+/// Most texels along either side of a picture made from a file; larger ones are shrunk by area average.
+pub const MAX_SIDE: u32 = 2048;
 
 /// A picture laid over a light's plane. Between texel centres it is bilinear, beyond the outer ones constant.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,10 +93,11 @@ impl Picture {
         if area.is_nan() || area <= 0.0 {
             return Vec4::ZERO;
         }
-        let rows = Rows::new(self);
         let cell = self.texel_size();
         // In texels, from the picture's upper left corner; y still runs up.
         let enter = |p: DVec2| DVec2::new(p.x - self.low.x, p.y - self.high.y) / cell;
+        let Bounds { min, max } = shape.bounds();
+        let rows = Rows::new(self, [enter(min).x, enter(max).x], [-enter(max).y, -enter(min).y]);
         let mut sum = DVec4::ZERO;
         for curve in shape.curves() {
             let [p0, p1, p2, p3] = curve.points().map(enter);
@@ -133,44 +137,54 @@ fn shares(x: u32, from: u32, to: u32) -> Vec<(usize, f32)> {
     shares
 }
 
-/// Integrals along the rows of a picture: at each texel centre, from the row's first.
+/// Integrals along some rows of a picture: at each of some texel centres, from the first of them.
 struct Rows<'a> {
     picture: &'a Picture,
+    columns: Range<usize>,
+    rows: Range<usize>,
     sums: Vec<DVec4>,
 }
 
 impl<'a> Rows<'a> {
-    fn new(picture: &'a Picture) -> Self {
-        let mut sums = Vec::with_capacity(picture.texels.len());
-        for row in picture.texels.chunks(picture.width as usize) {
+    /// What it takes for points with `x` and `y` in these ranges, in texels, y from the top down.
+    fn new(picture: &'a Picture, x: [f64; 2], y: [f64; 2]) -> Self {
+        let reach = |[from, to]: [f64; 2], count: u32| {
+            let last = f64::from(count) - 1.0;
+            (from - 0.5).clamp(0.0, last) as usize..((to - 0.5).clamp(0.0, last).ceil() as usize + 1)
+        };
+        let (columns, rows) = (reach(x, picture.width), reach(y, picture.height));
+        let mut sums = Vec::with_capacity(columns.len() * rows.len());
+        for row in rows.clone() {
             let mut sum = DVec4::ZERO;
             sums.push(sum);
-            for pair in row.windows(2) {
+            for pair in picture.texels[row * picture.width as usize..][columns.clone()].windows(2) {
                 sum += (pair[0].as_dvec4() + pair[1].as_dvec4()) * 0.5;
                 sums.push(sum);
             }
         }
-        Self { picture, sums }
+        Self { picture, columns, rows, sums }
     }
 
     /// ∫ colour dx from the first texel centre to `x` at height `y`, both in texels, y from the top down.
     fn integral(&self, x: f64, y: f64) -> DVec4 {
-        let last = f64::from(self.picture.height) - 1.0;
-        let place = (y - 0.5).clamp(0.0, last);
-        let upper = place as usize;
-        let lower = (upper + 1).min(last as usize);
-        self.along(upper, x).lerp(self.along(lower, x), place.fract())
+        let (first, last) = (self.rows.start, self.rows.end - 1);
+        let place = (y - 0.5).clamp(first as f64, last as f64);
+        let upper = (place as usize).min(last);
+        let lower = (upper + 1).min(last);
+        self.along(upper, x).lerp(self.along(lower, x), place - upper as f64)
     }
 
     fn along(&self, row: usize, x: f64) -> DVec4 {
-        let width = self.picture.width as usize;
-        let (texels, sums) = (&self.picture.texels[row * width..][..width], &self.sums[row * width..][..width]);
+        let (first, last) = (self.columns.start, self.columns.end - 1);
+        let texels = &self.picture.texels[row * self.picture.width as usize..];
+        let sums = &self.sums[(row - self.rows.start) * self.columns.len()..];
         let place = x - 0.5;
-        let inside = place.clamp(0.0, width as f64 - 1.0);
-        let i = (inside as usize).min(width - 1);
-        let (here, next) = (texels[i].as_dvec4(), texels[(i + 1).min(width - 1)].as_dvec4());
+        let inside = place.clamp(first as f64, last as f64);
+        let i = (inside as usize).min(last);
+        let (here, next) = (texels[i].as_dvec4(), texels[(i + 1).min(last)].as_dvec4());
         let d = inside - i as f64;
-        let beyond = if place < 0.0 { here } else { texels[width - 1].as_dvec4() };
-        sums[i] + here * d + (next - here) * (0.5 * d * d) + beyond * (place - inside)
+        // Outside of the picture, beyond its first or last texel centre.
+        let beyond = texels[if place < inside { first } else { last }].as_dvec4();
+        sums[i - first] + here * d + (next - here) * (0.5 * d * d) + beyond * (place - inside)
     }
 }

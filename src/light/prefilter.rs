@@ -15,10 +15,11 @@ use glam::{DVec2, Vec2, Vec3, Vec4};
 use half::f16;
 use rayon::prelude::*;
 
-/// Width of the margin over the geometric mean of the picture's sides: Heitz's is an eighth of the texture.
+/// Width of the margin over the geometric mean of the picture's sides. Heitz's is an eighth of the texture, margins included.
 const MARGIN: f64 = 1.0 / 6.0;
-/// What the kernel's variance gains outside, over the squared distance to the light.
-const GROWTH: f64 = 0.5;
+/// What the kernel's variance gains outside, over the squared distance to the light. The papers name no number; of 0 to 2,
+/// this changes the RMSE against the yardstick by less than a tenth.
+const GROWTH: f64 = 1.0;
 /// σ of the widest Gaussian over the picture's longer side: over such a picture it is even to 1 %.
 const WIDEST: f64 = 8.0;
 /// Exponent at which a Gaussian is cut off: it is 3e-5 there.
@@ -47,7 +48,8 @@ impl Prefiltered {
         let distances = distances(&source);
         let stack = Stack { source: &source, plain: &plain, sigmas: &sigmas, distances: &distances };
         let baked: Vec<Vec<Vec3>> = (0..plain.len()).map(|k| stack.bake(k)).collect();
-        let peak = baked[0].iter().copied().fold(Vec3::ZERO, Vec3::max);
+        let inside = picture.texels.iter().filter(|texel| texel.w > 0.0);
+        let peak = inside.map(|texel| texel.truncate() / texel.w).fold(Vec3::ZERO, Vec3::max);
         let unit = peak.map(|v| if v > 0.0 { v.recip() } else { 0.0 });
         let low = ((source.low - square.center) / square.half).as_vec2();
         let per_unit = (square.half / (source.high - source.low)).as_vec2();
@@ -214,7 +216,7 @@ impl Stack<'_> {
                 let at = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) * cell;
                 let distance = self.distance(at);
                 let sum = if distance > 0.0 {
-                    let grown = self.sigmas[k].powi(2) + GROWTH * f64::from(distance).powi(2);
+                    let grown = self.sigmas[k].powi(2) + GROWTH * distance.powi(2);
                     self.at(at, grown)
                 } else {
                     values[y * width + x]

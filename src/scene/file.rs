@@ -57,10 +57,13 @@
 //!   Spheres and tubes shine all round: `scale` must not stretch them, `two_sided` has no effect on them, `power` is that of
 //!   their whole surface.
 //!
-//! and as strongly as one of
+//! Any of them may have a `picture`, a PNG or JPEG, whose colours (sRGB, with alpha) multiply the radiance from place to place. It
+//! is stretched over the smallest box around the light's parts. An SVG may have one if `svg_colors` is false.
+//!
+//! A light shines as strongly as one of
 //! - `radiance`, W·sr⁻¹·m⁻², one number or one per channel (1);
 //! - `power`, W, with `color` (white): the flux of the whole light, both sides together if it is two-sided. Each channel's flux is
-//!   π · area · radiance, summed over the parts of the light; `power` is the mean of the three;
+//!   π · area · radiance, summed over the parts of the light (for gradients and pictures the mean over the part); `power` is the mean of the three;
 //! - `luminance`, nits, with `color`: of the light where it is white. Luminance is 683 lm/W times Y of the radiance, so that
 //!   radiance 1 in white is 683 nits.
 //!

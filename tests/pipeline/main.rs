@@ -2,6 +2,7 @@
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "tests report what they measure and what they skip")]
 
+mod approximations;
 mod backends;
 mod brdf;
 mod browser;
@@ -17,13 +18,19 @@ mod mesh;
 mod metrics;
 mod mosaic;
 mod page;
+mod paint;
 mod painter;
+mod pal;
 mod polygon;
 mod prefilter;
 mod preset;
+mod reference;
+mod representative;
+mod roots;
 mod scene;
 mod shaders;
 mod shape;
+mod simple;
 mod svg;
 mod svg_hostile;
 mod text;

@@ -336,9 +336,9 @@ fn mistakes_name_file_line_key_value_and_limit() {
         (light("size = 2"), "scene.toml:6: light[0].size: unknown key; known here: path, position"),
         (
             light("svg = \"logo.svg\""),
-            "scene.toml:4: light[0]: a light has exactly one of path, svg, text; path and svg are given",
+            "scene.toml:4: light[0]: a light has exactly one of path, svg, text, shape; path and svg are given",
         ),
-        (lamp("radiance = 1"), "light[0]: a light has exactly one of path, svg, text; none is given"),
+        (lamp("radiance = 1"), "light[0]: a light has exactly one of path, svg, text, shape; none is given"),
         (lamp("path = \"M0 0L1 1Z\""), "scene.toml:5: light[0].path = \"M0 0L1 1Z\": the path encloses no area"),
         (lamp("path = \"\""), "scene.toml:5: light[0].path = \"\""),
         (lamp("path = \"M0 0 L1 nan Z\""), "scene.toml:5: light[0].path = "),

@@ -47,7 +47,9 @@ pub(super) fn read(table: &Table<'_>, value: &Value<'_>) -> Result<(Form, Shape)
     let measures = kind.measures();
     for key in SHAPE_KEYS[1..].iter().filter(|key| !measures.contains(key)) {
         if let Some(stray) = table.get(key) {
-            return Err(stray.error(format!("has no meaning for a {name}, which has {}", measures.join(" and "))));
+            return Err(
+                stray.error(format!("has no meaning for shape \"{name}\", which has {}", measures.join(" and ")))
+            );
         }
     }
     let radius = || table.require("radius", "the radius in metres")?.number(&LENGTH);

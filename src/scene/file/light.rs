@@ -5,13 +5,16 @@ use super::error::SceneError;
 use super::table::{Limit, Table, Value};
 use super::{COORDINATE, DEGREES, LENGTH, RADIANCE, SCALE};
 use crate::color::luminance;
+use crate::light::picture::Picture;
 use crate::light::{AreaLight, Form, Layer, Placement};
 use crate::outline::bundled;
 use crate::outline::font::{Font, Tag};
-use crate::outline::svg::{ArtLayer, FontBytes, SvgOptions, svg};
+use crate::outline::svg::{FontBytes, SvgOptions, svg};
 use crate::outline::text::{Align, Direction, TextStyle, layout};
 use crate::outline::{FillRule, Warning, path};
+use crate::scene::Texture;
 use crate::scene::folder::Folder;
+use crate::scene::texture;
 use crate::shape::{Bounds, Shape};
 use core::f64::consts::PI;
 use glam::{DAffine2, DVec2, DVec3};
@@ -36,8 +39,8 @@ const LINE_HEIGHT: Limit = Limit::new(|v| v > 0.0 && v <= 100.0, "more than 0 an
 const AXIS: Limit = Limit::new(|v| v.abs() <= 1e6, "within ±1e6");
 
 /// Keys of every light. `fill_rule` is one of them so that a light can be changed from one kind to another in its place.
-const COMMON: [&str; 9] =
-    ["position", "rotation", "scale", "radiance", "power", "luminance", "color", "two_sided", "fill_rule"];
+const COMMON: [&str; 10] =
+    ["position", "rotation", "scale", "radiance", "power", "luminance", "color", "two_sided", "fill_rule", "picture"];
 
 /// What can shine: the key that says so, the keys that go with it, and how it is read.
 type Kind = (&'static str, &'static [&'static str], fn(&Source<'_, '_>, &mut Vec<Warning>) -> Result<Art, SceneError>);
@@ -91,6 +94,7 @@ pub(super) fn read(
     let source = Source { table, value, folder };
     let mut said = Vec::new();
     let Art { mut layers, form } = build(&source, &mut said)?;
+    lay_picture(&source, *key, form, &mut layers)?;
     if *key != "path" && table.get("fill_rule").is_some() {
         said.push(Warning { element: "fill_rule".into(), message: format!("has no effect on {key}") });
     }
@@ -110,8 +114,10 @@ pub(super) fn read(
         two_sided = false;
     }
     let mirror = DAffine2::from_scale(scale.signum());
+    let mut mirrored = None;
     for layer in &mut layers {
         layer.shape = layer.shape.transformed(mirror);
+        mirror_picture(layer, scale.signum(), &mut mirrored);
     }
     let placement = Placement::new(position, rotation, scale.abs());
     let area: f64 = layers.iter().map(|l| l.shape.area()).sum();
@@ -119,11 +125,17 @@ pub(super) fn read(
     if area <= LEAST_AREA * bounds.size().max_element().powi(2) || layers.is_empty() {
         return Err(source.value.error(format!("the light \"{name}\" has no area")));
     }
-    let corners =
-        [bounds.min, bounds.max, DVec2::new(bounds.min.x, bounds.max.y), DVec2::new(bounds.max.x, bounds.min.y)];
-    // A body reaches as far to the front as to the sides.
-    let depth = if form.is_body() { bounds.max.y * placement.y.length() } else { 0.0 };
-    let reach = corners.map(|c| placement.point(c).abs().max_element() + depth).into_iter().fold(0.0, f64::max);
+    // All of the light is within `around` of these points.
+    let (points, around) = match form {
+        Form::Sphere { radius } => ([DVec2::ZERO; 4], radius),
+        Form::Tube { radius, length } => ([1.0, 1.0, -1.0, -1.0].map(|side| DVec2::X * (0.5 * length * side)), radius),
+        Form::Outline | Form::Rectangle | Form::Disc => {
+            let Bounds { min, max } = bounds;
+            ([min, max, DVec2::new(min.x, max.y), DVec2::new(max.x, min.y)], 0.0)
+        }
+    };
+    let around = around * placement.y.length();
+    let reach = points.map(|p| placement.point(p).abs().max_element() + around).into_iter().fold(0.0, f64::max);
     if reach > MAX_REACH {
         return Err(source
             .value
@@ -131,12 +143,38 @@ pub(super) fn read(
     }
     let sides = if two_sided { 2.0 } else { 1.0 };
     emit(table, &mut layers, placement.normal().length() * sides * form.emitting_area(area) / area)?;
-    if layers.iter().all(|l| l.radiance == DVec3::ZERO) {
+    if layers.iter().all(|l| l.radiance * l.mean_color().truncate() == DVec3::ZERO) {
         let hint = if *key == "svg" { "; svg_colors = false lights every part of it" } else { "" };
         said.push(Warning { element: name.clone(), message: format!("it is black and does not shine{hint}") });
     }
     warnings.extend(said.into_iter().map(|w| format!("{place}: {}: {}", w.element, w.message)));
     Ok(AreaLight { name, layers, form, placement, two_sided })
+}
+
+/// Lays the picture that the light names over its layers.
+fn lay_picture(source: &Source<'_, '_>, kind: &str, form: Form, layers: &mut [Layer]) -> Result<(), SceneError> {
+    let Some(value) = source.table.get("picture") else { return Ok(()) };
+    if form.is_body() {
+        return Err(value.error("spheres and tubes have no picture; flat lights may"));
+    }
+    if kind == "svg" && source.table.read("svg_colors", Value::boolean)?.unwrap_or(true) {
+        return Err(value.error("an SVG shines in its own colours; with svg_colors = false it may have a picture"));
+    }
+    let bytes = source.folder.read(value.string()?, texture::MAX_BYTES).map_err(|e| value.resource(e))?;
+    Texture::decode(&bytes, true).map_err(|e| value.resource(e))?.lay_over(layers);
+    Ok(())
+}
+
+/// A picture as it is and as it is mirrored.
+type Mirrored = Option<[Arc<Picture>; 2]>;
+
+/// Mirrors the layer's picture; `last` is the one mirrored before, which layers may share.
+fn mirror_picture(layer: &mut Layer, signs: DVec2, last: &mut Mirrored) {
+    let Some(picture) = layer.picture.take_if(|_| signs != DVec2::ONE) else { return };
+    let known = last.take().filter(|[from, _]| Arc::ptr_eq(from, &picture));
+    let pair = known.unwrap_or_else(|| [Arc::clone(&picture), Arc::new(picture.scaled(signs))]);
+    layer.picture = Some(Arc::clone(&pair[1]));
+    *last = Some(pair);
 }
 
 /// Sets the radiance of the layers, which hold their own colours so far (white but for SVGs). `emitting` is the factor
@@ -145,7 +183,7 @@ pub(super) fn read(
 /// - `radiance`: of a white layer, per channel.
 /// - `luminance` (nits) with `color`: of a white layer; Y of the radiance times [`EFFICACY`].
 /// - `power` (W) with `color`: of the whole light, the mean of the three channels, each of which is π · area · radiance
-///   summed over the layers.
+///   summed over the layers; of pictures, the mean over the layer.
 fn emit(table: &Table<'_>, layers: &mut [Layer], emitting: f64) -> Result<(), SceneError> {
     let amounts: Vec<_> = ["radiance", "power", "luminance"].into_iter().filter(|k| table.get(k).is_some()).collect();
     if amounts.len() > 1 {
@@ -166,7 +204,10 @@ fn emit(table: &Table<'_>, layers: &mut [Layer], emitting: f64) -> Result<(), Sc
     } else if let Some(value) = table.get("power") {
         let power = value.number(&POWER)?;
         let color = DVec3::from_array(color);
-        let flux: DVec3 = layers.iter().map(|l| l.radiance * color * (PI * emitting * l.shape.area())).sum();
+        let flux: DVec3 = layers
+            .iter()
+            .map(|l| l.radiance * l.mean_color().truncate() * color * (PI * emitting * l.shape.area()))
+            .sum();
         let mean = flux.element_sum() / 3.0;
         if mean <= 0.0 {
             return Err(value.error("no radiance gives this power, since the light is black"));
@@ -201,12 +242,7 @@ fn from_svg(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Art,
     let options = SvgOptions { size, fonts, font_family: bundled::DEFAULT_FAMILY.into() };
     let art = svg(&bytes, name, &options).map_err(|e| source.value.resource(e))?;
     warnings.extend(art.warnings);
-    let layer = |l: ArtLayer| {
-        // The colours of the art are multiplied by the opacity already.
-        let radiance = if own_colors { DVec3::from_array(l.color) } else { DVec3::splat(l.opacity) };
-        Layer { shape: l.shape, radiance, opacity: l.opacity, picture: None }
-    };
-    Ok(art.layers.into_iter().map(layer).collect::<Vec<_>>().into())
+    Ok(art.layers.into_iter().map(|l| l.into_light(own_colors)).collect::<Vec<_>>().into())
 }
 
 fn from_text(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Art, SceneError> {

@@ -183,7 +183,7 @@ fn the_readme_works() {
     for line in blocks.lines().filter(|l| l.starts_with("glyphlight ") || l.starts_with("echo ")) {
         let mut line =
             line.replace("--backend gpu", "--backend cpu").replace("--size 8", "").replace("fit", "fit --size 4");
-        if line.starts_with("glyphlight render") {
+        if ["render", "compare"].iter().any(|verb| line.starts_with(&format!("glyphlight {verb}"))) {
             renders += 1;
             for (option, value) in [("--width", "48"), ("--height", "27"), ("--samples", "1"), ("--backend", "cpu")] {
                 let words: Vec<_> = line.split(' ').collect();
