@@ -53,12 +53,12 @@ pub enum Horizons {
 /// What `pal` projects a polygon on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Basis {
-    /// The plane across the direction to the polygon's centre.
+    /// The plane across the direction to the polygon's centroid.
     #[default]
     Centred,
-    /// Across the mean direction of its corners, weighted by their edges.
+    /// Across the direction to the mean of its corners, the nearer ones weighing more.
     Weighted,
-    /// The weighted direction, biased towards the normal.
+    /// The centred one, projected on from farther back.
     Biased,
 }
 

@@ -125,11 +125,17 @@ pub(super) fn read(
     if area <= LEAST_AREA * bounds.size().max_element().powi(2) || layers.is_empty() {
         return Err(source.value.error(format!("the light \"{name}\" has no area")));
     }
-    let corners =
-        [bounds.min, bounds.max, DVec2::new(bounds.min.x, bounds.max.y), DVec2::new(bounds.max.x, bounds.min.y)];
-    // A body reaches as far to the front as to the sides.
-    let depth = if form.is_body() { bounds.max.y * placement.y.length() } else { 0.0 };
-    let reach = corners.map(|c| placement.point(c).abs().max_element() + depth).into_iter().fold(0.0, f64::max);
+    // All of the light is within `around` of these points.
+    let (points, around) = match form {
+        Form::Sphere { radius } => ([DVec2::ZERO; 4], radius),
+        Form::Tube { radius, length } => ([1.0, 1.0, -1.0, -1.0].map(|side| DVec2::X * (0.5 * length * side)), radius),
+        Form::Outline | Form::Rectangle | Form::Disc => {
+            let Bounds { min, max } = bounds;
+            ([min, max, DVec2::new(min.x, max.y), DVec2::new(max.x, min.y)], 0.0)
+        }
+    };
+    let around = around * placement.y.length();
+    let reach = points.map(|p| placement.point(p).abs().max_element() + around).into_iter().fold(0.0, f64::max);
     if reach > MAX_REACH {
         return Err(source
             .value

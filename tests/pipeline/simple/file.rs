@@ -108,7 +108,7 @@ fn mistakes_are_named() {
             "light[0].scale = [1, 2]: must not stretch a tube",
         ),
         (
-            "shape = \"sphere\"\nradius = 1\nposition = [3.9e9, 0, 0]\nscale = 2e8",
+            "shape = \"sphere\"\nradius = 1e9\nposition = [9e8, 0, 0]\nscale = 3.2",
             "the light reaches 4.1e9 m from the origin; at most 4e9",
         ),
         ("shape = \"sphere\"\nradius = 1\nfont = \"Inter\"", "light[0].font: unknown key; known here: shape, radius"),
@@ -125,5 +125,5 @@ fn mistakes_are_named() {
     // Nothing of that is wrong in itself.
     light("shape = \"ellipse\"\nsize = [1, 2]\nscale = [1, 2]");
     light("shape = \"tube\"\nradius = 1e-3\nlength = 9e2");
-    light("shape = \"sphere\"\nradius = 1\nposition = [3.7e9, 0, 0]\nscale = 2e8");
+    light("shape = \"sphere\"\nradius = 1e9\nposition = [9e8, 0, 0]\nscale = 3");
 }

@@ -1,7 +1,7 @@
 //! Bodies in the picture, against rays that are cast at them.
 
 use super::{brute::Body, light, scene};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::{Backend, Horizons, Settings, Technique};
 use glyphlight::film::Film;
@@ -126,6 +126,31 @@ fn silhouettes_are_those_of_the_bodies() {
         let other = difference(&film.matte, &cast(&scene.camera, |d| body.hit(aside, d).is_some()));
         assert!(other.1 > 2.0 * mean && other.0 > 0.2, "{name}: {other:?}");
     }
+}
+
+/// Flat lights that pass the camera are drawn along their true edges.
+#[test]
+fn a_strip_past_the_camera_keeps_its_direction() {
+    let eye = scene(Vec::new()).camera.position;
+    // Lies 0.4 m below the eye and reaches from 20 m before it to 20 m behind it; its lit side is up.
+    let origin = eye - DVec3::new(0.3, 0.4, 0.0);
+    let axis = DVec3::new(0.1, 0.0, -1.0);
+    let across = DVec3::Y.cross(axis).normalize();
+    let strip = light(simple::rectangle(DVec2::new(40.0, 0.5)), Placement { origin, x: axis.normalize(), y: across });
+    assert!(strip.placement.normal().y > 0.0);
+    let mut scene = scene(vec![strip]);
+    let (along, across) = (scene.lights[0].placement.x, scene.lights[0].placement.y);
+    let mask = cast(&scene.camera, |d| {
+        let t = (origin.y - eye.y) / d.y;
+        let p = eye + d * t - origin;
+        t > 0.0 && p.dot(across).abs() < 0.25 && p.dot(along).abs() < 20.0
+    });
+    let found = difference(&render(&scene).matte, &mask);
+    println!("strip past the camera: {:.0} pixels, {found:?}", mask.iter().sum::<f32>());
+    assert!(mask.iter().sum::<f32>() > 500.0);
+    assert!(found.0 < 0.16 && found.1 < 1e-3, "{found:?}");
+    scene.lights[0].placement.origin.x += 0.004;
+    assert!(difference(&render(&scene).matte, &mask).1 > 2e-3);
 }
 
 #[test]
