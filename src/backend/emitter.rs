@@ -53,7 +53,7 @@ pub struct Emitter {
 /// A region as a technique reads it.
 #[derive(Clone, Debug)]
 pub enum Geometry {
-    /// The region itself, in one colour.
+    /// The region itself.
     Shape,
     /// A chord–moment tree.
     Tree(Tree),
