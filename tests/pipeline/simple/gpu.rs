@@ -51,17 +51,15 @@ fn faces_are_the_same_on_both() {
         let frame = ShadingFrame::new(p.normal.as_dvec3().normalize(), p.view.as_dvec3().normalize());
         let Ok(images) = Images::new(emitter, &frame, p.position.as_dvec3()) else { return [0.0; 2] };
         let lobe = Table::shipped().lobe(p.alpha, frame.cos_theta as f32);
-        [None, Some(&lobe)].map(|lobe| {
-            images.integral(emitter, lobe, p.tolerance, &mut Budget::default()).map_or(0.0, |g| g.value.x)
-        })
+        [None, Some(&lobe)]
+            .map(|lobe| images.integral(emitter, lobe, p.tolerance, &mut Budget::default()).map_or(0.0, |g| g.value.x))
     };
     let expected: Vec<[f64; 2]> = points.iter().map(on_the_cpu).collect();
     let errors = |points: &[MeterPoint]| {
         let readings = gpu.measure(&prepared, points).unwrap();
         let pairs = readings.iter().zip(&expected);
         let off = |a: f32, b: f64| (f64::from(a) - b).abs();
-        let mut errors: Vec<f64> =
-            pairs.flat_map(|(r, e)| [off(r.diffuse.x, e[0]), off(r.specular.x, e[1])]).collect();
+        let mut errors: Vec<f64> = pairs.flat_map(|(r, e)| [off(r.diffuse.x, e[0]), off(r.specular.x, e[1])]).collect();
         errors.sort_by(f64::total_cmp);
         errors
     };
