@@ -13,7 +13,6 @@ use crate::backend::technique::{MAX_SPP, ReferenceLobe, Sampling};
 use crate::backend::{Horizons, Settings, Technique};
 use crate::error::Error;
 use crate::film::{Display, ToneMap};
-use crate::light::Form;
 use crate::report::folder::NewFolder;
 use crate::report::{Comparison, FORMAT, LeftOut, PictureSettings, Row, SceneSource};
 use crate::scene::Scene;
@@ -98,12 +97,15 @@ pub fn run(args: &Args) -> Result<(), Error> {
     let folder = NewFolder::new(output, args.force)?;
     let date = now();
     let staged = args.subject.stage(args.width, args.height)?;
-    let Plan { entries, mut left_out } = plan(args, &staged, &settings);
+    let Plan { entries, mut left_out, asked_for } = plan(args, &staged, &settings);
     let measured = measure::all(&staged.scene, entries, &Backends::new(args.backend), args.repeat)?;
     let display = args.display.display();
     let verdict = verdict::of(&measured, &settings, &display)?;
-    left_out.extend(measured.failed.iter().chain(&verdict.failed).cloned());
-    warn(left_out.iter().map(|l| format!("left out: {}: {}", l.technique, l.reason)));
+    let failed = measured.failed.iter().chain(&verdict.failed);
+    // What was not asked for is no surprise.
+    let missed = left_out.iter().filter(|_| asked_for).chain(failed.clone());
+    warn(missed.map(|l| format!("left out: {}: {}", l.technique, l.reason)));
+    left_out.extend(failed.cloned());
     let comparison = Comparison {
         format: FORMAT,
         program: concat!("glyphlight ", env!("CARGO_PKG_VERSION")).into(),
@@ -152,14 +154,17 @@ fn picture_settings(args: &Args, display: &Display) -> PictureSettings {
 struct Plan {
     entries: Vec<Entry>,
     left_out: Vec<LeftOut>,
+    /// Whether arguments or scene name the techniques.
+    asked_for: bool,
 }
 
 fn plan(args: &Args, staged: &Staged, settings: &Settings) -> Plan {
     let scene = &staged.scene;
     let asked = [&args.techniques, &staged.techniques].into_iter().find(|list| !list.is_empty()).cloned();
+    let asked_for = asked.is_some();
     let asked = asked.unwrap_or_else(|| DEFAULT.iter().filter_map(|name| name.parse().ok()).collect());
     let sampling = |lobe| Technique::Reference(Sampling { spp: args.spp, lobe, ..Sampling::default() });
-    let yardstick = if is_flat_and_plain(scene) { Technique::Exact } else { sampling(ReferenceLobe::Ltc) };
+    let yardstick = if has_pictures(scene) { sampling(ReferenceLobe::Ltc) } else { Technique::Exact };
     let of = |technique: Technique, horizons| Settings { technique, horizons, ..*settings };
     let mut entries: Vec<Entry> = Vec::new();
     let mut left_out = Vec::new();
@@ -188,18 +193,17 @@ fn plan(args: &Args, staged: &Staged, settings: &Settings) -> Plan {
     if args.reference {
         entries.push(Entry::truth(of(sampling(ReferenceLobe::Ggx), Horizons::Both)));
     }
-    Plan { entries, left_out }
+    Plan { entries, left_out, asked_for }
 }
 
-/// Whether contour integrals are all there is to the lights: flat, each layer of one radiance.
-fn is_flat_and_plain(scene: &Scene) -> bool {
-    let body = |form| matches!(form, Form::Sphere { .. } | Form::Tube { .. });
-    scene.lights.iter().all(|l| !body(l.form) && l.layers.iter().all(|layer| layer.picture.is_none()))
+/// Whether a light changes its colour from place to place, which contour integrals cannot follow.
+fn has_pictures(scene: &Scene) -> bool {
+    scene.lights.iter().any(|l| l.layers.iter().any(|layer| layer.picture.is_some()))
 }
 
 /// Why a technique has nothing to show on a scene.
 fn why_not(technique: &Technique, scene: &Scene) -> Option<String> {
-    let pictures = scene.lights.iter().any(|l| l.layers.iter().any(|layer| layer.picture.is_some()));
+    let pictures = has_pictures(scene);
     match technique {
         Technique::Textured if !pictures => Some("no light of the scene has a picture; it would be the tree".into()),
         Technique::Exact if pictures => Some("a light of the scene has a picture, which a contour cannot hold".into()),

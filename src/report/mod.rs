@@ -15,7 +15,7 @@
 //!                             "rectangles" (or null), "yardstick" (null: it is one), "picture", "error_map" (or null),
 //!                             "errors" (null where there is no yardstick):
 //!                               { "mae", "rmse", "rmse_of_peak" (or null), "max", "p999", "energy_ratio" (or null) },
-//!                             "flip" (null where there is no yardstick) } ] } ],
+//!                             "flip" (null where there is no yardstick), "noise" (null but for Monte Carlo) } ] } ],
 //!   "left_out": [ { "technique", "reason" } ] }
 //! ```
 //!
@@ -156,6 +156,8 @@ pub struct Row {
     pub errors: Option<Figures>,
     /// Mean FLIP of the displayed picture.
     pub flip: Option<f64>,
+    /// Standard error of the picture itself, root mean square, W·sr⁻¹·m⁻²: errors below that of their yardstick say nothing.
+    pub noise: Option<f64>,
     /// File of the picture.
     pub picture: String,
     /// File of the error map.

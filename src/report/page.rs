@@ -1,7 +1,7 @@
 //! The page of a [`Comparison`]: one file that needs no other and no network.
 
 use super::scale::ErrorScale;
-use super::table::{COLUMNS, Value, digits, values};
+use super::table::{COLUMNS, Value, brief, digits, shown, values};
 use super::{Block, Comparison, Row};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -154,9 +154,10 @@ fn option(out: &mut String, file: &str, label: &str, chosen: &str) {
 }
 
 fn caption(row: &Row) -> String {
-    let Some(errors) = row.errors else { return "is a yardstick".into() };
+    let noise = row.noise.map_or_else(String::new, |noise| format!(", noise {}", digits(noise)));
+    let Some(errors) = row.errors else { return format!("is a yardstick{noise}") };
     let yardstick = row.yardstick.as_deref().unwrap_or_default();
-    format!("RMSE {}, at most {}, against {}", digits(errors.rmse), digits(errors.max), escape(yardstick))
+    format!("RMSE {}, at most {}, against {}{noise}", digits(errors.rmse), digits(errors.max), escape(yardstick))
 }
 
 fn picture(out: &mut String, pictures: &[PagePicture], file: &str, alt: &str) {
@@ -178,7 +179,7 @@ fn key(out: &mut String, scale: &ErrorScale) {
         out,
         "<div class=\"key\" role=\"img\" aria-label=\"Colours of the error maps: blue is too dark, orange too bright, up to {0} \
          on either side\">\n<div class=\"bar\" style=\"background:linear-gradient(90deg,{1})\"></div>\n<div class=\"ticks\">",
-        digits(scale.end),
+        brief(scale.end),
         stops.join(",")
     );
     let ticks = scale.ticks();
@@ -191,7 +192,7 @@ fn key(out: &mut String, scale: &ErrorScale) {
         } else {
             ""
         };
-        let label = format!("{sign}{}", digits(tick.abs()));
+        let label = format!("{sign}{}", brief(tick.abs()));
         let _ = write!(out, "<span{minor} style=\"left:{:.2}%\">{label}</span>", 50.0 * (scale.place(tick) + 1.0));
     }
     out.push_str("</div>\n<p>Signed error of the worst channel, radiance in W·sr⁻¹·m⁻².</p>\n</div>\n");
@@ -206,9 +207,9 @@ fn table(out: &mut String, block: &Block) {
         escape(&block.title()),
         escape(&block.about)
     );
-    let columns = || (0..COLUMNS.len()).filter(|&i| !COLUMNS[i].1.is_empty());
+    let columns = shown(block);
     let word = |i: usize| ["technique", "backend", "yardstick"].contains(&COLUMNS[i].0);
-    for i in columns() {
+    for &i in &columns {
         let (kind, class) = if word(i) { ("text", " class=\"word\"") } else { ("number", "") };
         let _ = write!(
             out,
@@ -220,7 +221,7 @@ fn table(out: &mut String, block: &Block) {
     for row in &block.rows {
         out.push_str("<tr>");
         let values = values(row);
-        for i in columns() {
+        for &i in &columns {
             let (open, close) = if i == 0 { ("th scope=\"row\"", "th") } else { ("td", "td") };
             let class = if word(i) { " class=\"word\"" } else { "" };
             let key = match values[i] {

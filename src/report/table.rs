@@ -1,6 +1,6 @@
 //! The table of a [`Comparison`] as Markdown, CSV and JSON.
 
-use super::{Block, Comparison, Machine, ReportError, Row};
+use super::{Block, Comparison, Machine, RectangleTime, ReportError, Row};
 use std::fmt::Write;
 
 /// What a row holds in one column.
@@ -19,7 +19,7 @@ pub(super) enum Value<'r> {
 }
 
 /// The columns: name in the CSV, and heading for people, who do not see those without.
-pub(super) const COLUMNS: [(&str, &str); 18] = [
+pub(super) const COLUMNS: [(&str, &str); 19] = [
     ("technique", "technique"),
     ("backend", "on"),
     ("device", ""),
@@ -35,6 +35,7 @@ pub(super) const COLUMNS: [(&str, &str); 18] = [
     ("max", "max"),
     ("flip", "FLIP"),
     ("energy_ratio", "energy"),
+    ("noise", "noise"),
     ("yardstick", "yardstick"),
     ("picture", ""),
     ("error_map", ""),
@@ -60,6 +61,7 @@ pub(super) fn values(row: &Row) -> [Value<'_>; COLUMNS.len()] {
         number(errors.map(|e| e.max)),
         number(row.flip),
         errors.and_then(|e| e.energy_ratio).map_or(Value::None, Value::Ratio),
+        number(row.noise),
         word(&row.yardstick),
         Value::Text(&row.picture),
         word(&row.error_map),
@@ -111,6 +113,15 @@ pub(super) fn digits(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
+/// As [`digits`], without zeros at the end: for numbers that are round.
+pub(super) fn brief(value: f64) -> String {
+    let text = digits(value);
+    match text.split_once('.') {
+        Some(_) if !text.contains('e') => text.trim_end_matches('0').trim_end_matches('.').into(),
+        _ => text,
+    }
+}
+
 impl Comparison {
     /// `table.json`; see the [schema](super).
     ///
@@ -160,15 +171,16 @@ impl Comparison {
             s.width,
             s.height,
             counted(s.samples, "sample"),
-            digits(f64::from(s.tolerance)),
+            brief(f64::from(s.tolerance)),
             counted(s.repeat, "run"),
         );
-        for rectangle in &self.rectangles {
+        let on = |r: &RectangleTime| format!("{} ms/Mpixel ({})", digits(r.ms_per_megapixel), r.backend);
+        let rectangles: Vec<_> = self.rectangles.iter().map(on).collect();
+        if !rectangles.is_empty() {
             let _ = write!(
                 text,
-                " With each light replaced by its bounding rectangle the {} shades {} ms/Mpixel: that is “× rectangle” 1.",
-                rectangle.backend.to_uppercase(),
-                digits(rectangle.ms_per_megapixel)
+                " With each light replaced by its bounding rectangle shading takes {}: that is “× rectangle” 1.",
+                rectangles.join(", ")
             );
         }
         if let Some(scale) = self.error_scale {
@@ -176,8 +188,8 @@ impl Comparison {
                 text,
                 " All error maps have one colour scale, from −{0} (blue, too dark) to {0} (orange, too bright), linear \
                  within ±{1} and logarithmic beyond; a pixel has the error of its worst channel.",
-                digits(scale.end),
-                digits(scale.linear)
+                brief(scale.end),
+                brief(scale.linear)
             );
         }
         text
@@ -194,9 +206,14 @@ fn counted(count: u32, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
+/// The columns that people see: those with a heading, and of those that can be empty all but the ones that are.
+pub(super) fn shown(block: &Block) -> Vec<usize> {
+    let filled = |i: usize| COLUMNS[i].0 != "noise" || block.rows.iter().any(|r| values(r)[i] != Value::None);
+    (0..COLUMNS.len()).filter(|&i| !COLUMNS[i].1.is_empty() && filled(i)).collect()
+}
+
 fn markdown_table(block: &Block) -> String {
-    let shown = |i: &usize| !COLUMNS[*i].1.is_empty();
-    let columns: Vec<usize> = (0..COLUMNS.len()).filter(shown).collect();
+    let columns = shown(block);
     let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
     let mut out = format!("\n## {}\n\n{}\n\n", escape(&block.title()), escape(&block.about));
     out += &line(columns.iter().map(|&i| COLUMNS[i].1.into()).collect());

@@ -1,12 +1,16 @@
 //! The report of a comparison, and the command that writes it.
 
 use crate::cli::Workdir;
-use glyphlight::metrics::Figures;
+use glyphlight::backend::cpu::CpuBackend;
+use glyphlight::backend::technique::{ReferenceLobe, Sampling};
+use glyphlight::backend::{Backend, Horizons, Settings, Technique};
+use glyphlight::metrics::{Figures, figures};
 use glyphlight::report::page::PagePicture;
 use glyphlight::report::scale::ErrorScale;
 use glyphlight::report::{
     Block, Comparison, FORMAT, LeftOut, Machine, PictureSettings, RectangleTime, Row, SceneSource,
 };
+use glyphlight::scene::Scene;
 use glyphlight::scene::figures::{FIGURES, load};
 use serde_json::Value;
 
@@ -35,6 +39,7 @@ pub fn row(technique: &str, rmse: f64, yardstick: Option<&str>) -> Row {
         yardstick: yardstick.map(Into::into),
         errors: yardstick.map(|_| errors),
         flip: yardstick.map(|_| 0.01),
+        noise: None,
         picture: format!("pictures/{stem}.png"),
         error_map: yardstick.map(|_| format!("errors/{stem}.png")),
     }
@@ -191,12 +196,42 @@ fn figures_load_and_say_what_to_compare() {
         assert!(!loaded.techniques.is_empty() && !loaded.scene.lights.is_empty(), "{}", figure.name);
         assert_eq!(loaded.text, figure.text);
         for wanted in &loaded.techniques {
-            let technique: glyphlight::backend::Technique = wanted.name.parse().unwrap();
+            let technique: Technique = wanted.name.parse().unwrap();
             assert!(technique.to_string().starts_with(&wanted.name), "{}", wanted.name);
         }
     }
     let unknown = load("hole ").unwrap_err().to_string();
     assert!(unknown.contains("figure:hole ") && unknown.contains("alpha-0.01, alpha-0.1"), "{unknown}");
+}
+
+/// The default technique has at most a tenth of the masked rectangle's error, in every figure.
+#[test]
+fn the_tree_beats_the_masked_rectangle_tenfold() {
+    let rmse_over_quad = |name: &str, brighter: f64| {
+        let scene = load(name).unwrap().scene;
+        let mut lit = scene.clone();
+        lit.lights.iter_mut().flat_map(|l| &mut l.layers).for_each(|layer| layer.radiance *= brighter);
+        let picture = scene.lights.iter().any(|l| l.layers.iter().any(|layer| layer.picture.is_some()));
+        let sampling = Sampling { spp: 512, lobe: ReferenceLobe::Ltc, ..Sampling::default() };
+        let yardstick = if picture { Technique::Reference(sampling) } else { Technique::Exact };
+        let render = |scene: &Scene, technique: Technique, horizons: Horizons| {
+            let settings = Settings { width: 32, height: 18, samples: 1, tolerance: 1e-4, technique, horizons };
+            CpuBackend.render(scene, &settings).unwrap().film.reflected().collect::<Vec<_>>()
+        };
+        let ours = (&lit, Technique::Tree, Horizons::Both);
+        let theirs = (&scene, Technique::Quad { mask: 512 }, Horizons::Cosine);
+        let [tree, quad] = [ours, theirs].map(|(seen, technique, horizons)| {
+            figures(&render(seen, technique, horizons), &render(&scene, yardstick, horizons)).unwrap().rmse
+        });
+        println!("{name}: tree {tree:.2e}, quad {quad:.2e}");
+        tree / quad
+    };
+    for figure in FIGURES {
+        let ratio = rmse_over_quad(figure.name, 1.0);
+        assert!(ratio <= 0.1, "{}: {ratio}", figure.name);
+    }
+    // A light that is a twentieth too bright is noticed.
+    assert!(rmse_over_quad("mask", 1.05) > 0.1);
 }
 
 /// The smallest comparison there is.

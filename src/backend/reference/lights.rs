@@ -2,15 +2,19 @@
 //!
 //! All in the shading frame with the point as origin, f64. Densities are per steradian.
 
-use super::region::Region;
+use super::region::{Region, Tile};
 use crate::backend::emitter::{Emitter, Geometry};
 use crate::backend::gather::Skip;
 use crate::kernel::frame::ShadingFrame;
 use crate::light::Form;
-use crate::shape::Bounds;
 use core::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
+
+/// Half the size of a light over its distance from which its tiles are told apart.
+const NEAR: f64 = 0.25;
+/// Part of the samples that go evenly to the tiles.
+const EVEN: f64 = 0.125;
 
 /// One emission with what sampling it takes.
 #[derive(Clone, Debug)]
@@ -54,6 +58,8 @@ enum Place<'a> {
         cross: [DVec3; 3],
         /// c0 × c1 · c2: negative in front.
         volume: f64,
+        /// Of the region's tiles.
+        chances: Cow<'a, [f64]>,
     },
     Sphere {
         radius: f64,
@@ -70,11 +76,7 @@ enum Place<'a> {
 /// How a light stands to a shading point.
 struct View<'a> {
     place: Place<'a>,
-    /// Largest height over the surface.
-    highest: f64,
-    /// A length that is not less than the distance.
-    distance: f64,
-    /// Solid angle times the cosine at the light, roughly.
+    /// Solid angle times both cosines, over π, roughly; more than 0.
     extent: f64,
 }
 
@@ -134,49 +136,61 @@ impl<'a> Light<'a> {
 
     /// As [`Light::seen_from`], by the images in the shading frame of the light-space x axis, y axis and origin.
     pub fn source(&'a self, c: [DVec3; 3], dips: bool) -> Result<(Source<'a>, f64), Skip> {
-        let View { place, highest, distance, extent } = match &self.body {
-            Body::Flat(region) => self.flat(region, c)?,
-            Body::Sphere { radius } => self.sphere(*radius, c[2])?,
-            Body::Tube { radius, half_length } => self.tube(*radius, *half_length, c)?,
+        let View { place, extent } = match &self.body {
+            Body::Flat(region) => self.flat(region, c, dips)?,
+            Body::Sphere { radius } => self.sphere(*radius, c[2], dips)?,
+            Body::Tube { radius, half_length } => self.tube(*radius, *half_length, c, dips)?,
         };
-        if highest <= 0.0 && !dips {
-            return Err(Skip::BelowHorizon);
-        }
-        let incidence = (highest / distance).clamp(0.01, 1.0);
-        Ok((Source { light: self, c, place }, self.strength * extent * incidence))
+        Ok((Source { light: self, c, place }, self.strength * extent))
     }
 
-    fn flat(&self, region: &'a Region, c: [DVec3; 3]) -> Result<View<'a>, Skip> {
+    fn flat(&self, region: &'a Region, c: [DVec3; 3], dips: bool) -> Result<View<'a>, Skip> {
         let cross = [c[0].cross(c[1]), c[1].cross(c[2]), c[2].cross(c[0])];
         let volume = cross[0].dot(c[2]);
         if volume == 0.0 || (volume > 0.0 && !self.emitter.two_sided) {
             return Err(Skip::Behind);
         }
-        let Bounds { min, max } = region.bounds();
-        let corners = [min, max, DVec2::new(min.x, max.y), DVec2::new(max.x, min.y)];
-        let height = |p: DVec2| c[0].z * p.x + c[1].z * p.y + c[2].z;
-        let highest = corners.into_iter().map(height).fold(f64::NEG_INFINITY, f64::max);
-        let stretch = cross[0].length();
-        let area = stretch * region.area();
-        let center = region.bounds().center();
-        let distance = ((c[0] * center.x + c[1] * center.y + c[2]).length_squared() + area).sqrt();
-        let facing = (volume.abs() / stretch / distance).clamp(0.01, 1.0);
-        let extent = area / (distance * distance) * facing;
-        Ok(View { place: Place::Flat { region, cross, volume }, highest, distance, extent })
+        let bounds = region.bounds();
+        let at = |p: DVec2| c[0] * p.x + c[1] * p.y + c[2];
+        // Largest height of a box over its middle's, and largest distance from it.
+        let rise = |half: DVec2| c[0].z.abs() * half.x + c[1].z.abs() * half.y;
+        let reach = |half: DVec2| (c[0] * half.x).length() + (c[1] * half.y).length();
+        let (center, half) = (at(bounds.center()), bounds.size() * 0.5);
+        if center.z + rise(half) <= 0.0 && !dips {
+            return Err(Skip::BelowHorizon);
+        }
+        // Solid angle times both cosines over π, roughly, of so many cells in a box.
+        let scale = volume.abs() * region.cell_area() / PI;
+        let extent = |cells: u32, center: DVec3, half: DVec2| {
+            let reach = reach(half);
+            let soft = center.length_squared() + reach * reach;
+            let height = center.z + rise(half);
+            let least = if dips { 0.01 * soft.sqrt() } else { 0.0 };
+            scale * f64::from(cells) * height.max(least) / (soft * soft)
+        };
+        let near = reach(half) > NEAR * center.length();
+        let (chances, extent) = if near {
+            let weight = |tile: &Tile| extent(tile.cells, at(tile.center), tile.half);
+            tile_chances(region, weight).ok_or(Skip::BelowHorizon)?
+        } else {
+            let cells = (region.area() / region.cell_area()).round() as u32;
+            (Cow::Borrowed(region.even()), extent(cells, center, half))
+        };
+        Ok(View { place: Place::Flat { region, cross, volume, chances }, extent })
     }
 
-    fn sphere(&self, radius: f64, center: DVec3) -> Result<View<'a>, Skip> {
+    fn sphere(&self, radius: f64, center: DVec3, dips: bool) -> Result<View<'a>, Skip> {
         let distance = center.length();
         let inside = distance < radius;
         if inside && !self.emitter.two_sided {
             return Err(Skip::Behind);
         }
         let sine = (radius / distance).min(1.0);
-        let place = Place::Sphere { radius, inside };
-        Ok(View { place, highest: center.z + radius, distance: distance + radius, extent: sine * sine })
+        let incidence = incidence(center.z + radius, distance + radius, dips)?;
+        Ok(View { place: Place::Sphere { radius, inside }, extent: sine * sine * incidence })
     }
 
-    fn tube(&self, radius: f64, half_length: f64, [x, _, center]: [DVec3; 3]) -> Result<View<'a>, Skip> {
+    fn tube(&self, radius: f64, half_length: f64, [x, _, center]: [DVec3; 3], dips: bool) -> Result<View<'a>, Skip> {
         let axis = x.normalize();
         let along = axis.dot(center);
         let inside = (center - axis * along).length() < radius && along.abs() < half_length;
@@ -186,8 +200,8 @@ impl<'a> Light<'a> {
         let highest = center.z + axis.z.abs() * half_length + radius * (1.0 - axis.z * axis.z).max(0.0).sqrt();
         let area = radius * (4.0 * half_length + PI * radius);
         let distance = (center.length_squared() + area).sqrt();
-        let place = Place::Tube { axis, radius, half_length, inside };
-        Ok(View { place, highest, distance, extent: area / (distance * distance) })
+        let extent = area / (distance * distance) / PI * incidence(highest, distance, dips)?;
+        Ok(View { place: Place::Tube { axis, radius, half_length, inside }, extent })
     }
 
     /// Radiance at a light-space point of the emission.
@@ -199,14 +213,42 @@ impl<'a> Light<'a> {
     }
 }
 
+/// The cosine at the surface of a body with so high a top at so far a distance, roughly.
+fn incidence(highest: f64, distance: f64, dips: bool) -> Result<f64, Skip> {
+    if highest <= 0.0 && !dips {
+        return Err(Skip::BelowHorizon);
+    }
+    Ok((highest / distance).clamp(0.01, 1.0))
+}
+
+/// Chances of a region's tiles by their weight, an eighth of them by their area where there is weight at all; and the sum of
+/// the weights. `None` if there is none.
+fn tile_chances<'a>(region: &Region, weight: impl Fn(&Tile) -> f64) -> Option<(Cow<'a, [f64]>, f64)> {
+    let weights: Vec<f64> = region.tiles().iter().map(weight).collect();
+    let sum: f64 = weights.iter().sum();
+    if sum <= 0.0 {
+        return None;
+    }
+    let cells = |(tile, weight): (&Tile, &f64)| if *weight > 0.0 { f64::from(tile.cells) } else { 0.0 };
+    let area: f64 = region.tiles().iter().zip(&weights).map(cells).sum();
+    let mut total = 0.0;
+    let chance = |pair: (&Tile, &f64)| {
+        total += (1.0 - EVEN) * pair.1 / sum + EVEN * cells(pair) / area;
+        total
+    };
+    let mut chances: Vec<f64> = region.tiles().iter().zip(&weights).map(chance).collect();
+    chances.iter_mut().for_each(|chance| *chance /= total);
+    Some((Cow::Owned(chances), sum))
+}
+
 impl Source<'_> {
     /// A direction to the light for a point of the unit square, or none where it meets the dark side.
     ///
     /// Flat lights and tubes evenly by area, spheres evenly by solid angle.
     pub fn sample(&self, uv: [f64; 2]) -> Option<Incidence> {
         match &self.place {
-            Place::Flat { region, volume, .. } => {
-                let p = region.sample(uv);
+            Place::Flat { region, volume, chances, .. } => {
+                let p = region.sample(chances, uv);
                 let winding = region.winding(p);
                 if winding == 0 {
                     return None;
@@ -217,7 +259,7 @@ impl Source<'_> {
                 Some(Incidence {
                     direction: to_light / distance,
                     radiance: self.light.radiance(p) * f64::from(winding),
-                    density: distance.powi(3) / (volume.abs() * region.area()),
+                    density: distance.powi(3) * region.density(chances, p) / volume.abs(),
                 })
             }
             Place::Sphere { radius, inside } => self.sample_sphere(*radius, *inside, uv),
@@ -239,7 +281,7 @@ impl Source<'_> {
     /// What the light sends from a direction, where that meets it.
     pub fn meet(&self, direction: DVec3) -> Option<Incidence> {
         match &self.place {
-            Place::Flat { region, cross, volume } => {
+            Place::Flat { region, cross, volume, chances } => {
                 let slope = cross[0].dot(direction);
                 let distance = volume / slope;
                 // A direction in the plane meets it nowhere.
@@ -251,7 +293,7 @@ impl Source<'_> {
                 (winding != 0).then(|| Incidence {
                     direction,
                     radiance: self.light.radiance(p) * f64::from(winding),
-                    density: distance * distance / (slope.abs() * region.area()),
+                    density: distance * distance * region.density(chances, p) / slope.abs(),
                 })
             }
             Place::Sphere { radius, inside } => {

@@ -2,6 +2,7 @@
 
 use super::lights::{Light, Source};
 use super::lobes::{Reflector, cosine, sample_cosine};
+use super::region::choose;
 use super::sampler::{Key, Sequence};
 use crate::backend::gather::Skip;
 use glam::DVec3;
@@ -60,12 +61,9 @@ impl<'a> Point<'a> {
 
     /// One direction to a light, for both reflections.
     fn light_sample(&self, [u, v]: [f64; 2], diffuse: &mut DVec3, specular: &mut DVec3) {
-        let last = self.sources.len() - 1;
-        let chosen = self.chances.partition_point(|&end| end <= v).min(last);
-        let start = if chosen == 0 { 0.0 } else { self.chances[chosen - 1] };
-        let chance = self.chances[chosen] - start;
-        let inner = ((v - start) / chance).clamp(0.0, 1.0 - f64::EPSILON);
-        let Some(light) = self.sources[chosen].sample([u, inner]) else { return };
+        let (chosen, v) = choose(&self.chances, v);
+        let chance = self.chances[chosen] - if chosen == 0 { 0.0 } else { self.chances[chosen - 1] };
+        let Some(light) = self.sources[chosen].sample([u, v]) else { return };
         let l = light.direction;
         let density = light.density * chance;
         if let Some(weight) = self.reflector.diffuse {

@@ -14,6 +14,8 @@ const FILLED: f64 = 0.9;
 const MARGIN: f64 = 1e-6;
 /// Halvings of a curve until its boxes are as small as cells.
 const HALVINGS: u32 = 24;
+/// Most tiles.
+const TILES: f64 = 64.0;
 /// State of a cell that a curve may cross.
 const CROSSED: i8 = i8::MIN;
 
@@ -27,15 +29,36 @@ pub struct Region {
     rows: usize,
     /// Winding number of each cell or [`CROSSED`], row by row from the lowest.
     states: Vec<i8>,
-    /// Columns of the cells with winding or crossed, row by row.
+    tiles: Vec<Tile>,
+    /// Tiles across and down, and cells of each (of the last ones: at most).
+    tiling: [usize; 2],
+    tile_cells: [usize; 2],
+    /// Columns of the cells with winding or crossed, tile by tile and in it row by row.
     covering: Vec<u32>,
-    /// Where each row begins in `covering`, and the end.
-    covering_rows: Vec<u32>,
+    /// Where each row of each tile begins in `covering`, and the end.
+    starts: Vec<u32>,
+    /// Sums of the cells in the tiles up to each, the last 1.
+    even: Vec<f64>,
     curves: Vec<Boxed>,
     /// Indices of the curves that reach each row.
     crossing: Vec<u32>,
     /// Where each row begins in `crossing`, and the end.
     crossing_rows: Vec<u32>,
+}
+
+/// A part of the grid.
+#[derive(Clone, Copy, Debug)]
+pub struct Tile {
+    /// Its middle, light space.
+    pub center: DVec2,
+    /// Half its sides.
+    pub half: DVec2,
+    /// Cells in it that hold some of the shape.
+    pub cells: u32,
+    /// Its lowest row, and where that is in the region's `starts`.
+    row: u32,
+    start: u32,
+    rows: u32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -98,8 +121,12 @@ impl Region {
             columns: columns as usize,
             rows: rows as usize,
             states: vec![0; columns as usize * rows as usize],
+            tiles: Vec::new(),
+            tiling: [1; 2],
+            tile_cells: [1; 2],
             covering: Vec::new(),
-            covering_rows: Vec::new(),
+            starts: vec![0],
+            even: Vec::new(),
             curves: shape.curves().map(boxed).collect(),
             crossing: Vec::new(),
             crossing_rows: Vec::new(),
@@ -181,12 +208,46 @@ impl Region {
         }
     }
 
+    /// Lists the cells that hold some of the shape, tile by tile.
     fn cover(&mut self) {
-        self.covering_rows = vec![0];
-        for row in self.states.chunks(self.columns) {
-            self.covering.extend((0..).zip(row).filter(|(_, state)| **state != 0).map(|(column, _)| column));
-            self.covering_rows.push(self.covering.len() as u32);
+        let size = self.bounds.size();
+        let across = (TILES * size.x / size.y).sqrt().round().clamp(1.0, TILES);
+        let wanted = [(across as usize).min(self.columns), ((TILES / across) as usize).clamp(1, self.rows)];
+        self.tile_cells = [self.columns.div_ceil(wanted[0]), self.rows.div_ceil(wanted[1])];
+        self.tiling = [self.columns.div_ceil(self.tile_cells[0]), self.rows.div_ceil(self.tile_cells[1])];
+        for row in (0..self.rows).step_by(self.tile_cells[1]) {
+            for column in (0..self.columns).step_by(self.tile_cells[0]) {
+                self.cover_tile(column, row);
+            }
         }
+        let total = self.covering.len() as f64;
+        let mut sum = 0;
+        let share = |tile: &Tile| {
+            sum += tile.cells;
+            f64::from(sum) / total
+        };
+        self.even = self.tiles.iter().map(share).collect();
+    }
+
+    fn cover_tile(&mut self, column: usize, row: usize) {
+        let (right, top) = ((column + self.tile_cells[0]).min(self.columns), (row + self.tile_cells[1]).min(self.rows));
+        let before = self.covering.len();
+        let start = self.starts.len() as u32 - 1;
+        for row in row..top {
+            let states = &self.states[row * self.columns..][column..right];
+            let held = (column as u32..).zip(states).filter(|(_, state)| **state != 0);
+            self.covering.extend(held.map(|(column, _)| column));
+            self.starts.push(self.covering.len() as u32);
+        }
+        let (low, high) = (DVec2::new(column as f64, row as f64), DVec2::new(right as f64, top as f64));
+        self.tiles.push(Tile {
+            center: self.bounds.min + self.cell * (low + high) * 0.5,
+            half: self.cell * (high - low) * 0.5,
+            cells: (self.covering.len() - before) as u32,
+            row: row as u32,
+            start,
+            rows: (top - row) as u32,
+        });
     }
 
     fn winding_in_row(&self, row: usize, p: DVec2) -> i32 {
@@ -199,35 +260,75 @@ impl Region {
         if !(p.cmpge(self.bounds.min).all() && p.cmple(self.bounds.max).all()) {
             return 0;
         }
-        let at = (p - self.bounds.min) / self.cell;
-        let (column, row) = ((at.x as usize).min(self.columns - 1), (at.y as usize).min(self.rows - 1));
+        let [column, row] = self.cell_of(p);
         match self.states[row * self.columns + column] {
             CROSSED => self.winding_in_row(row, p),
             winding => i32::from(winding),
         }
     }
 
-    /// The area that [`Region::sample`] spreads its points over, light-space units²: the cells that hold some of the shape.
-    pub fn area(&self) -> f64 {
-        self.covering.len() as f64 * self.cell.x * self.cell.y
+    /// Column and row of the cell of a point in the bounds.
+    fn cell_of(&self, p: DVec2) -> [usize; 2] {
+        let at = (p - self.bounds.min) / self.cell;
+        [(at.x as usize).min(self.columns - 1), (at.y as usize).min(self.rows - 1)]
     }
 
-    /// The place of a point of the unit square, even over [`Region::area`] and keeping its order in both directions. It may
-    /// lie outside the shape, where the winding number is 0.
-    pub fn sample(&self, [u, v]: [f64; 2]) -> DVec2 {
-        let cells = self.covering.len() as f64;
-        let place = (v * cells).min(cells.next_down());
-        let row = self.covering_rows[1..].partition_point(|&end| f64::from(end) <= place).min(self.rows - 1);
-        let (start, end) = (self.covering_rows[row] as usize, self.covering_rows[row + 1] as usize);
+    /// The parts of the grid among which [`Region::sample`] chooses.
+    pub fn tiles(&self) -> &[Tile] {
+        &self.tiles
+    }
+
+    /// Chances with which points are even over [`Region::area`]: sums over the tiles up to each.
+    pub fn even(&self) -> &[f64] {
+        &self.even
+    }
+
+    /// The area of the cells that hold some of the shape, light-space units².
+    pub fn area(&self) -> f64 {
+        self.covering.len() as f64 * self.cell_area()
+    }
+
+    /// The area of a cell, light-space units².
+    pub fn cell_area(&self) -> f64 {
+        self.cell.x * self.cell.y
+    }
+
+    /// The place of a point of the unit square: in a tile by the `chances` (sums over the tiles up to each, the last 1; 0 for
+    /// tiles without cells), even over the tile's cells, keeping its order in both directions. It may lie outside the
+    /// shape, where the winding number is 0.
+    pub fn sample(&self, chances: &[f64], [u, v]: [f64; 2]) -> DVec2 {
+        let (k, v) = choose(chances, v);
+        let tile = &self.tiles[k];
+        let starts = &self.starts[tile.start as usize..=(tile.start + tile.rows) as usize];
+        let cells = f64::from(tile.cells);
+        let place = f64::from(starts[0]) + (v * cells).min(cells.next_down());
+        let row = starts[1..].partition_point(|&end| f64::from(end) <= place).min(tile.rows as usize - 1);
+        let (start, end) = (starts[row] as usize, starts[row + 1] as usize);
         let across = u * (end - start) as f64;
         let k = (across as usize).min(end - start - 1);
         let inner = DVec2::new(across - k as f64, (place - start as f64) / (end - start) as f64);
-        let corner = DVec2::new(f64::from(self.covering[start + k]), row as f64);
+        let corner = DVec2::new(f64::from(self.covering[start + k]), f64::from(tile.row) + row as f64);
         self.bounds.min + self.cell * (corner + inner.clamp(DVec2::ZERO, DVec2::ONE))
+    }
+
+    /// The density with which [`Region::sample`] finds a point of the shape, per light-space unit².
+    pub fn density(&self, chances: &[f64], p: DVec2) -> f64 {
+        let [column, row] = self.cell_of(p);
+        let k = row / self.tile_cells[1] * self.tiling[0] + column / self.tile_cells[0];
+        let chance = chances[k] - if k == 0 { 0.0 } else { chances[k - 1] };
+        chance / (f64::from(self.tiles[k].cells) * self.cell_area())
     }
 
     /// The box around the shape's control points, light space.
     pub const fn bounds(&self) -> Bounds {
         self.bounds
     }
+}
+
+/// Which of several things to take by their `chances` (sums up to each, the last 1), and what of `v` is left, 0 to 1 again.
+pub fn choose(chances: &[f64], v: f64) -> (usize, f64) {
+    let k = chances.partition_point(|&end| end <= v).min(chances.len() - 1);
+    let start = if k == 0 { 0.0 } else { chances[k - 1] };
+    let rest = (v - start) / (chances[k] - start);
+    (k, if rest < 1.0 { rest.max(0.0) } else { 1.0 - f64::EPSILON })
 }

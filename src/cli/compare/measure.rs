@@ -2,8 +2,8 @@
 
 use crate::backend::cpu::CpuBackend;
 use crate::backend::technique::ReferenceLobe;
-use crate::backend::{Backend, BackendError, Horizons, Rendering, Settings, Stats, Technique};
-use crate::cli::backend::Backends;
+use crate::backend::{Backend, Horizons, Rendering, Settings, Stats, Technique};
+use crate::cli::backend::{BackendArg, Backends};
 use crate::error::Error;
 use crate::film::Film;
 use crate::light::{AreaLight, Form, Layer};
@@ -95,6 +95,12 @@ impl Measured {
         median(&self.preparing)
     }
 
+    /// The standard error of the picture by its own account, root mean square over pixels and channels; only sampling has one.
+    pub fn noise(&self) -> Option<f64> {
+        let variance = self.film.variance.as_ref()?.as_flattened();
+        Some((variance.iter().map(|&v| f64::from(v)).sum::<f64>() / variance.len() as f64).sqrt())
+    }
+
     /// The file of its picture.
     pub fn file(&self, ending: &str) -> String {
         format!("pictures/{}.{ending}", stem(&self.entry.label()))
@@ -146,8 +152,10 @@ pub fn per_megapixel(seconds: f64, settings: &Settings) -> f64 {
 /// Renders all entries in rounds, `repeat` times at most. A technique that fails is left out; a yardstick that fails is an
 /// error.
 pub fn all(scene: &Scene, entries: Vec<Entry>, backends: &Backends, repeat: u32) -> Result<All, Error> {
-    let of = |technique: &Technique| -> Result<&dyn Backend, BackendError> {
-        if technique.is_cpu_only() { Ok(&CpuBackend) } else { backends.of(technique) }
+    let render = |settings: &Settings| match settings.technique {
+        Technique::Reference(_) => Backends::new(BackendArg::Cpu).render(scene, settings),
+        technique if technique.is_cpu_only() => CpuBackend.render(scene, settings),
+        _ => backends.render(scene, settings),
     };
     let progress = Progress { terminal: std::io::stderr().is_terminal(), repeat };
     let flat = with_rectangles(scene)?;
@@ -160,7 +168,7 @@ pub fn all(scene: &Scene, entries: Vec<Entry>, backends: &Backends, repeat: u32)
     for round in 1..=repeat {
         if let Some(settings) = &rectangle {
             progress.say(round, "rectangles");
-            all.time_rectangle(of(&settings.technique)?.render(&flat, settings)?.stats);
+            all.time_rectangle(backends.render(&flat, settings)?.stats);
             if on_cpu && all.rectangles.iter().any(|(backend, _)| backend != "cpu") {
                 all.time_rectangle(CpuBackend.render(&flat, settings)?.stats);
             }
@@ -168,15 +176,15 @@ pub fn all(scene: &Scene, entries: Vec<Entry>, backends: &Backends, repeat: u32)
         for measured in all.entries.iter_mut().filter(|m| m.shading[0] + m.preparing[0] <= SLOW) {
             let settings = &measured.entry.settings;
             progress.say(round, &measured.entry.label());
-            let (shading, preparing) = times(&of(&settings.technique)?.render(scene, settings)?.stats);
+            let (shading, preparing) = times(&render(settings)?.stats);
             measured.shading.push(shading);
             measured.preparing.push(preparing);
         }
         // In the first round only.
         for entry in waiting.drain(..) {
             progress.say(round, &entry.label());
-            match of(&entry.settings.technique)?.render(scene, &entry.settings) {
-                Ok(Rendering { film, stats }) => all.entries.push(Measured::new(entry, film, stats)),
+            match render(&entry.settings) {
+                Ok(Rendering { film, stats, .. }) => all.entries.push(Measured::new(entry, film, stats)),
                 Err(error) if entry.role == Role::Technique => {
                     all.failed.push(LeftOut { technique: entry.label(), reason: error.to_string() });
                 }
@@ -211,7 +219,7 @@ impl Progress {
 /// Seconds of shading, and of all that came before it but compiling pipelines, which happens once in a program's life.
 fn times(stats: &Stats) -> (f64, f64) {
     let before = |stages: &[(String, f64)]| stages.iter().filter(|s| s.0 != "pipelines").map(|s| s.1).sum();
-    match stats.stages.iter().position(|(stage, _)| stage == "shading") {
+    match stats.stages.iter().position(|(stage, _)| stage == "shading" || stage == "sampling") {
         Some(at) => (stats.stages[at].1, before(&stats.stages[..at])),
         None => (before(&stats.stages), 0.0),
     }

@@ -162,6 +162,7 @@ impl Judge<'_> {
             yardstick: yardstick.map(|y| y.label.clone()),
             errors,
             flip: difference,
+            noise: measured.noise(),
             picture: measured.file("png"),
             error_map,
         })

@@ -116,6 +116,15 @@ fn paths_and_arguments() {
         (&with(&["--tolerance", "0"]), &with(&["--tolerance", "0.1"]), &["--tolerance", "0"]),
         (&with(&["--exposure", "inf"]), &with(&["--exposure", "-3"]), &["--exposure", "`inf`"]),
         (&with(&["--technique", "guess"]), &with(&["--technique", "tree"]), &["--technique", "guess", "exact"]),
+        (&with(&["--spp", "8"]), &with(&["--spp", "8", "--technique", "reference"]), &["--spp", "reference", "tree"]),
+        (&with(&["--seed", "8"]), &with(&["--seed", "8", "--technique", "reference:8"]), &["--seed", "reference"]),
+        (&with(&["--lobe", "ltc"]), &with(&["--lobe", "ltc", "--technique", "reference:8"]), &["--lobe", "reference"]),
+        (
+            &with(&["--technique", "exact", "--max-error", "0.1"]),
+            &with(&["--technique", "reference", "--max-error", "0.1"]),
+            &["--max-error", "reference", "exact"],
+        ),
+        (&with(&["--technique", "reference", "--spp", "0"]), &with(&["--technique", "reference:1"]), &["--spp", "0"]),
         (&with(&["--json"]), &square, &["--stats"]),
         (&with(&["--colour", "red"]), &square, &["--colour"]),
     ];
