@@ -1,11 +1,14 @@
 //! [`Emitter`]: an emission as the technique at hand reads it.
 
 use super::reference::region::Region;
-use super::technique::Sampling;
+use super::technique::{Basis, Sampling};
 use super::{BackendError, Technique};
 use crate::kernel::curve::Curve;
+use crate::kernel::pal;
 use crate::kernel::quad::Quad;
+use crate::kernel::representative::{DISC, RECTANGLE, SPHERE, Solid, TUBE};
 use crate::light::curves::curves;
+use crate::light::distance::Polygons;
 use crate::light::mask::{light_picture, shape_picture};
 use crate::light::mosaic::{CELLS, Mosaic};
 use crate::light::picture::Picture;
@@ -50,7 +53,7 @@ pub struct Emitter {
 /// A region as a technique reads it.
 #[derive(Clone, Debug)]
 pub enum Geometry {
-    /// The region itself, in one colour.
+    /// The region itself.
     Shape,
     /// A chord–moment tree.
     Tree(Tree),
@@ -70,6 +73,10 @@ pub enum Geometry {
     },
     /// The bounding rectangle.
     Quad(Quad),
+    /// Polygons and the basis they are projected with, one of [`crate::kernel::pal`].
+    Polygons(Polygons, u32),
+    /// A simple body, or the rectangle around the region.
+    Solid(Solid),
     /// Chord–moment trees of tiles of one colour each.
     Mosaic(Mosaic),
     /// A grid over the region, to be sampled.
@@ -81,23 +88,66 @@ pub enum Geometry {
     },
 }
 
+/// What a region is a part of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Whole {
+    /// What the light is as a body.
+    pub form: Form,
+    /// Where it stands.
+    pub placement: Placement,
+    /// Its longer side, light-space units.
+    pub extent: f64,
+}
+
 impl Geometry {
-    /// The region of `layer` as `technique` reads it; `extent` is the longer side of the whole light.
+    /// The region of `layer` as `technique` reads it.
     ///
     /// # Errors
     /// [`TreeError`] where it is none.
-    pub fn new(layer: &Layer, extent: f64, technique: &Technique) -> Result<Self, TreeError> {
+    pub fn new(layer: &Layer, whole: &Whole, technique: &Technique) -> Result<Self, TreeError> {
         let square = Square::around(layer.shape.bounds()).ok_or(TreeError::NoArea)?;
         Ok(match *technique {
             Technique::Tree if let Some(picture) = &layer.picture => {
-                Self::Mosaic(Mosaic::new(&layer.shape, picture, extent / CELLS)?)
+                Self::Mosaic(Mosaic::new(&layer.shape, picture, whole.extent / CELLS)?)
             }
             Technique::Exact => Self::Shape,
             Technique::Reference(sampling) => Self::Sampled { region: Region::new(&layer.shape), sampling },
             Technique::Kuge { eps } => Self::Kuge { curves: curves(&layer.shape, square), eps },
             Technique::Uniform { segments } => Self::Uniform { curves: curves(&layer.shape, square), segments },
+            Technique::Pal { basis } => {
+                let sides = DVec2::new(whole.placement.x.length(), whole.placement.y.length());
+                let basis = match basis {
+                    Basis::Centred => pal::CENTRED,
+                    Basis::Weighted => pal::WEIGHTED,
+                    Basis::Biased => pal::BIASED,
+                };
+                Self::Polygons(Polygons::new(&layer.shape, square, sides / sides.max_element()), basis)
+            }
+            Technique::Representative => Self::Solid(solid(whole.form, &layer.shape, square)),
             _ => Self::Tree(Tree::new(&layer.shape)?),
         })
+    }
+}
+
+/// A light as a body; an outline as the rectangle around it, shining by the part of it that the shape fills.
+fn solid(form: Form, shape: &Shape, square: Square) -> Solid {
+    let bounds = shape.extent();
+    let half = (bounds.size() * (0.5 / square.half)).as_vec2();
+    let center = ((bounds.center() - square.center) / square.half).as_vec2();
+    let flat = |kind, coverage| Solid { center, half, kind, coverage };
+    let round = |kind, half: DVec2| {
+        let origin = (-square.center / square.half).as_vec2();
+        Solid { center: origin, half: (half / square.half).as_vec2(), kind, coverage: 1.0 }
+    };
+    match form {
+        Form::Outline => {
+            let whole = 4.0 * f64::from(half.x * half.y) * square.half * square.half;
+            flat(RECTANGLE, (shape.area() / whole).clamp(0.0, 1.0) as f32)
+        }
+        Form::Rectangle => flat(RECTANGLE, 1.0),
+        Form::Disc => flat(DISC, 1.0),
+        Form::Sphere { radius } => round(SPHERE, DVec2::splat(radius)),
+        Form::Tube { radius, length } => round(TUBE, DVec2::new(0.5 * length, radius)),
     }
 }
 
@@ -109,7 +159,8 @@ impl Emitter {
         let bounds = light.layers.iter().map(|l| l.shape.bounds()).fold(Bounds::EMPTY, Bounds::union);
         placement.origin -= scene.camera.position;
         let square = Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?;
-        let geometry = Geometry::new(&layer, bounds.size().max_element(), technique).map_err(named)?;
+        let whole = Whole { form: light.form, placement, extent: bounds.size().max_element() };
+        let geometry = Geometry::new(&layer, &whole, technique).map_err(named)?;
         // Sampling and mosaics read the picture itself.
         let prefilters = !matches!(geometry, Geometry::Shape | Geometry::Sampled { .. } | Geometry::Mosaic(_));
         let colors = layer.picture.as_ref().filter(|_| prefilters).and_then(|p| colors(&layer.shape, p, &square));
@@ -169,9 +220,11 @@ impl Emitter {
     pub fn of_shape(shape: Shape, technique: &Technique) -> Result<Self, TreeError> {
         let square = Square::around(shape.bounds()).ok_or(TreeError::NoArea)?;
         let layer = Layer { shape, radiance: DVec3::ONE, opacity: 1.0, picture: None };
+        let placement = Placement { origin: DVec3::ZERO, x: DVec3::X, y: DVec3::Y };
+        let whole = Whole { form: Form::Outline, placement, extent: 2.0 * square.half };
         Ok(Self {
             light: 0,
-            placement: Placement { origin: DVec3::ZERO, x: DVec3::X, y: DVec3::Y },
+            placement,
             radiance: Vec3::ONE,
             opacity: 1.0,
             two_sided: false,
@@ -180,7 +233,7 @@ impl Emitter {
             square,
             picture: None,
             colors: None,
-            geometry: Geometry::new(&layer, 2.0 * square.half, technique)?,
+            geometry: Geometry::new(&layer, &whole, technique)?,
             shape: layer.shape,
         })
     }

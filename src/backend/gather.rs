@@ -12,12 +12,15 @@ use crate::kernel::frame::ShadingFrame;
 use crate::kernel::horizon::{Clip, Height, Horizon, TrueHorizon};
 use crate::kernel::map::CosineMap;
 use crate::kernel::mosaic::mosaic_integral;
+use crate::kernel::pal::{pal_diffuse, pal_specular};
 use crate::kernel::picture::{Footprint, fetch};
 use crate::kernel::polygon::uniform_integral;
 use crate::kernel::quad::{QUAD_EDGES, Quad, quad_integral};
+use crate::kernel::representative::{Body, Solid};
 use crate::kernel::subdivide::{default_eps, kuge_integral};
 use crate::kernel::tree::{Budget, tree_integral};
 use crate::light::Square;
+use crate::light::distance::Polygons;
 use crate::light::mosaic::Mosaic;
 use crate::light::simple::Facing;
 use crate::light::tree::Tree;
@@ -48,6 +51,15 @@ impl Gathered {
         let Some(colors) = &emitter.colors else { return self };
         let color = fetch(&colors.levels, &colors.texels, &Footprint::new(map));
         Self { value: self.value * color.as_dvec3(), ..self }
+    }
+
+    /// The same, by a technique without a map of its own to cosine space, where the light's images are `c`.
+    fn painted_through(self, emitter: &Emitter, c: [DVec3; 3]) -> Self {
+        if emitter.colors.is_none() {
+            return self;
+        }
+        let map = CosineMap::new(c, emitter.square.center, emitter.square.half);
+        map.map_or(self, |map| self.painted(emitter, &map))
     }
 }
 
@@ -104,6 +116,8 @@ impl Images {
             Geometry::Quad(quad) => self.by_quad(c, emitter, quad)?,
             Geometry::Mosaic(mosaic) => self.by_mosaic(c, mosaic, emitter.square, lobe, tolerance, budget)?,
             Geometry::Shape => self.exactly(c, emitter, lobe),
+            Geometry::Polygons(polygons, basis) => self.by_polygons(c, emitter, polygons, *basis, lobe)?,
+            Geometry::Solid(solid) => self.by_representative(c, emitter, solid, lobe),
             Geometry::Kuge { curves, eps } => {
                 let eps = eps.unwrap_or_else(|| default_eps(lobe.map(|lobe| lobe.alpha)));
                 self.by_edges(c, emitter, |map, horizon| kuge_integral(map, horizon, curves, eps))?
@@ -118,6 +132,45 @@ impl Images {
             }
         };
         Ok(Gathered { value: gathered.value * self.sign, ..gathered })
+    }
+
+    /// By projected areas, or the distance from where the mirror ray goes.
+    fn by_polygons(
+        &self,
+        c: [DVec3; 3],
+        emitter: &Emitter,
+        polygons: &Polygons,
+        basis: u32,
+        lobe: Option<&Lobe>,
+    ) -> Result<Gathered, Skip> {
+        // What a tube's rim hides of its side is no light to be taken away from an approximate one.
+        if self.sign < 0.0 {
+            return Err(Skip::Behind);
+        }
+        let Square { center, half } = emitter.square;
+        let map = CosineMap::new(self.c, center, half).ok_or(Skip::Behind)?;
+        let integral = match lobe {
+            Some(lobe) => pal_specular(&map, polygons.view(), lobe.alpha, lobe.cos_theta),
+            None => pal_diffuse(&map, polygons.view(), basis),
+        };
+        let gathered = Gathered { value: DVec3::splat(f64::from(integral.value)), visited: integral.visited };
+        Ok(gathered.painted_through(emitter, c))
+    }
+
+    /// By one direction that stands for the light.
+    fn by_representative(&self, c: [DVec3; 3], emitter: &Emitter, solid: &Solid, lobe: Option<&Lobe>) -> Gathered {
+        let Square { center, half } = emitter.square;
+        let [x, y, origin] = self.c;
+        let middle = origin + x * center.x + y * center.y;
+        let (x, y) = (x * half, y * half);
+        let unit = 1.0 / middle.abs().max(x.abs()).max(y.abs()).max_element();
+        let body = Body::new(solid, (middle * unit).as_vec3(), (x * unit).as_vec3(), (y * unit).as_vec3());
+        let value = match lobe {
+            Some(lobe) => body.specular(lobe.alpha, lobe.cos_theta, lobe.magnitude),
+            None => body.diffuse(),
+        };
+        let gathered = Gathered { value: DVec3::splat(f64::from(value * solid.coverage)), visited: 1 };
+        gathered.painted_through(emitter, c)
     }
 
     fn by_tree(

@@ -43,6 +43,9 @@ pub struct Settings {
 pub struct Rendering {
     /// The picture.
     pub film: Film,
+    /// For each pixel what its integrals were made of ([`Technique::parts`]), mean over its shaded samples; 0 where no surface
+    /// is seen.
+    pub parts: Vec<f32>,
     /// What it cost.
     pub stats: Stats,
 }
@@ -221,6 +224,8 @@ struct Shaded {
     specular: Vec3,
     /// Fraction of the samples that met a surface.
     coverage: f32,
+    /// What their integrals were made of.
+    parts: f32,
 }
 
 impl Shaded {
@@ -228,6 +233,12 @@ impl Shaded {
         self.diffuse *= factor;
         self.specular *= factor;
         self.coverage *= factor;
+        self.parts *= factor;
+    }
+
+    /// Parts for each shaded sample.
+    fn parts_per_sample(&self) -> f32 {
+        if self.coverage > 0.0 { self.parts / self.coverage } else { 0.0 }
     }
 }
 

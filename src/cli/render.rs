@@ -8,9 +8,10 @@ use super::values::positive;
 use super::{json, label, say};
 use crate::backend::{Rendering, Settings, Stats, Technique};
 use crate::error::Error;
+use crate::film::heat::{self, Scale};
 use crate::film::{Display, Film, Format, Pending, check_writable};
 use comfy_table::Table;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 #[derive(Debug, clap::Args)]
@@ -48,6 +49,9 @@ pub struct Args {
     /// Print the statistics as JSON
     #[arg(long, requires = "stats")]
     json: bool,
+    /// Write a heat map of the edges (nodes, samples) that each pixel took, and print its scale
+    #[arg(long, value_name = "FILE.png")]
+    count_edges: Option<PathBuf>,
 }
 
 pub fn run(args: &Args) -> Result<(), Error> {
@@ -56,6 +60,9 @@ pub fn run(args: &Args) -> Result<(), Error> {
         check_writable(path)?;
     }
     let (technique, horizons) = args.technique.resolve()?;
+    if let Some(path) = &args.count_edges {
+        check_heat_map(path, args, technique)?;
+    }
     let settings = Settings {
         width: args.width,
         height: args.height,
@@ -68,21 +75,61 @@ pub fn run(args: &Args) -> Result<(), Error> {
     let start = Instant::now();
     let scene = args.subject.stage(args.width, args.height)?.scene;
     let load = start.elapsed().as_secs_f64();
-    let Rendering { film, mut stats } = Backends::new(args.backend).render(&scene, &settings)?;
+    let Rendering { film, parts, mut stats } = Backends::new(args.backend).render(&scene, &settings)?;
     let start = Instant::now();
-    write(&film, args)?;
+    let scale = write(&film, &parts, args)?;
     stats.stages.insert(0, ("load".into(), load));
     stats.stages.push(("write".into(), start.elapsed().as_secs_f64()));
     if args.stats {
-        say(if args.json { json(&stats)? } else { table(&stats) })?;
+        say(if args.json { json(&Report { stats: &stats, heat_map: scale })? } else { table(&stats) })?;
+    }
+    if let Some(Scale { min, max, mean }) = scale
+        && !args.json
+    {
+        say(format!(
+            "{} per sample: min {min}, max {max}, mean {mean:.2} (dark is 0, light is max)",
+            technique.parts()
+        ))?;
     }
     Ok(())
 }
 
-fn write(film: &Film, args: &Args) -> Result<(), Error> {
+/// What `--stats --json` prints.
+#[derive(serde::Serialize)]
+struct Report<'a> {
+    #[serde(flatten)]
+    stats: &'a Stats,
+    /// Of `--count-edges`: least and mean of the values above 0, and the greatest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    heat_map: Option<Scale>,
+}
+
+/// Refuses a heat map that cannot be made.
+fn check_heat_map(path: &Path, args: &Args, technique: Technique) -> Result<(), Error> {
+    if Format::of(path)? != Format::Png {
+        return Err(Error::Usage(format!("--count-edges {}: a heat map is a .png", path.display())));
+    }
+    if args.output.iter().any(|output| output == path) {
+        return Err(Error::Usage(format!("--count-edges {}: that is the picture's file", path.display())));
+    }
+    if technique == Technique::Exact {
+        return Err(Error::Usage("--count-edges: technique exact counts nothing".into()));
+    }
+    Ok(check_writable(path)?)
+}
+
+/// Writes all files or none.
+fn write(film: &Film, parts: &[f32], args: &Args) -> Result<Option<Scale>, Error> {
     let display = Display { dither: args.dither, ..args.display.display() };
-    let files = args.output.iter().map(|path| film.encode(path, &display)).collect::<Result<Vec<_>, _>>()?;
-    Ok(files.into_iter().try_for_each(Pending::keep)?)
+    let mut files = args.output.iter().map(|path| film.encode(path, &display)).collect::<Result<Vec<_>, _>>()?;
+    let mut scale = None;
+    if let Some(path) = &args.count_edges {
+        let (file, of) = heat::encode(path, film.width, film.height, parts)?;
+        files.push(file);
+        scale = Some(of);
+    }
+    files.into_iter().try_for_each(Pending::keep)?;
+    Ok(scale)
 }
 
 /// The statistics as a table.

@@ -3,6 +3,7 @@
 pub mod diagram;
 pub mod display;
 mod exr;
+pub mod heat;
 mod png;
 
 pub use display::{Display, ToneMap};

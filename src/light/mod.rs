@@ -1,6 +1,7 @@
 //! [`AreaLight`]: shapes with emission, placed in the world.
 
 pub mod curves;
+pub mod distance;
 pub mod mask;
 pub mod mosaic;
 pub mod picture;

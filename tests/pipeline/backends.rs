@@ -40,7 +40,7 @@ pub fn gpu() -> Option<&'static GpuBackend> {
     }
 }
 
-fn settings(samples: u32) -> Settings {
+pub fn settings(samples: u32) -> Settings {
     Settings { width: 97, height: 71, samples, tolerance: 1e-4, technique: Technique::Tree, horizons: Horizons::Both }
 }
 
@@ -48,7 +48,7 @@ fn material(alpha: f32, metallic: f32) -> Material {
     Material { base_color: [0.9, 0.7, 0.5], metallic, alpha, ..Material::default() }
 }
 
-fn light(shape: Shape, origin: DVec3, turn: DVec3, radiance: DVec3) -> AreaLight {
+pub fn light(shape: Shape, origin: DVec3, turn: DVec3, radiance: DVec3) -> AreaLight {
     AreaLight {
         name: "light".into(),
         layers: vec![Layer { shape, radiance, opacity: 1.0, picture: None }],
@@ -59,7 +59,7 @@ fn light(shape: Shape, origin: DVec3, turn: DVec3, radiance: DVec3) -> AreaLight
 }
 
 /// A light over a floor.
-fn floor(material: Material, light: AreaLight) -> Scene {
+pub fn floor(material: Material, light: AreaLight) -> Scene {
     Scene {
         camera: Camera {
             position: DVec3::new(1.5, 2.0, 5.5),
@@ -104,7 +104,7 @@ fn annulus() -> Shape {
     Shape::from_contours(vec![circle(DVec2::ZERO, 0.8), reversed(circle(DVec2::new(0.1, 0.0), 0.4))]).unwrap()
 }
 
-fn rectangle() -> Shape {
+pub fn rectangle() -> Shape {
     Shape::rectangle(DVec2::new(-1.0, -0.5), DVec2::new(1.0, 0.5))
 }
 
@@ -113,7 +113,7 @@ fn blob() -> Shape {
 }
 
 /// Sixty contours, some with holes, as in a line of text.
-fn page() -> Shape {
+pub fn page() -> Shape {
     let mut rng = Rng(8);
     let mut contours = Vec::new();
     for i in 0..60 {
@@ -186,7 +186,7 @@ fn mesh(n: u32) -> Scene {
     scene
 }
 
-fn scenes() -> Vec<(&'static str, Scene)> {
+pub fn scenes() -> Vec<(&'static str, Scene)> {
     let white = DVec3::ONE;
     let above = DVec3::new(0.0, 1.3, 0.0);
     let tilt = DVec3::new(15.0, 20.0, 0.0);
@@ -306,12 +306,12 @@ pub fn agree((off, worst): (f64, f32)) -> bool {
     off <= 0.05 && worst <= 1e-3
 }
 
-fn render(backend: &dyn Backend, scene: &Scene, settings: &Settings) -> Rendering {
+pub fn render(backend: &dyn Backend, scene: &Scene, settings: &Settings) -> Rendering {
     backend.render(scene, settings).unwrap()
 }
 
 /// Brightest value that a surface reflects.
-fn brightest(film: &Film) -> f32 {
+pub fn brightest(film: &Film) -> f32 {
     film.diffuse.iter().chain(&film.specular).flatten().fold(0.0, |a, &b| a.max(b))
 }
 
@@ -451,7 +451,7 @@ fn the_walks_agree_on_single_integrals() {
 }
 
 /// Both integrals at a point by the Rust kernel.
-fn on_the_cpu(prepared: &Prepared, point: &MeterPoint) -> [f64; 2] {
+pub fn on_the_cpu(prepared: &Prepared, point: &MeterPoint) -> [f64; 2] {
     let emitter = &prepared.emitters[point.emitter as usize];
     let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
     let Ok(images) = Images::new(emitter, &frame, point.position.as_dvec3()) else { return [0.0; 2] };

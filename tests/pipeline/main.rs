@@ -2,12 +2,14 @@
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "tests report what they measure and what they skip")]
 
+mod approximations;
 mod backends;
 mod brdf;
 mod browser;
 mod cases;
 mod cli;
 mod compare;
+mod edges;
 mod film;
 mod fonts;
 mod kernel;
@@ -18,10 +20,13 @@ mod mosaic;
 mod page;
 mod paint;
 mod painter;
+mod pal;
 mod polygon;
 mod prefilter;
 mod preset;
 mod reference;
+mod representative;
+mod roots;
 mod scene;
 mod shaders;
 mod shape;

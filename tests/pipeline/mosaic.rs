@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, Vec4};
 use glyphlight::backend::Technique;
-use glyphlight::backend::emitter::{Emitter, Geometry};
+use glyphlight::backend::emitter::{Emitter, Geometry, Whole};
 use glyphlight::backend::gather::Images;
 use glyphlight::brdf::ltc::{Lobe, Table};
 use glyphlight::kernel::frame::ShadingFrame;
@@ -90,7 +90,8 @@ fn light(shape: Shape, picture: Picture) -> AreaLight {
 
 fn emitter(light: &AreaLight) -> Emitter {
     let mut emitter = Emitter::of_shape(light.layers[0].shape.clone(), &Technique::Tree).expect("a region");
-    emitter.geometry = Geometry::new(&light.layers[0], 1.9, &Technique::Tree).expect("a region");
+    let whole = Whole { form: light.form, placement: light.placement, extent: 1.9 };
+    emitter.geometry = Geometry::new(&light.layers[0], &whole, &Technique::Tree).expect("a region");
     emitter.placement = light.placement;
     emitter
 }

@@ -8,8 +8,10 @@ use glyphlight::backend::gpu::source::{Source, gbuffer, light, meter};
 use glyphlight::backend::technique::NAMES;
 use glyphlight::kernel::curve::Curve;
 use glyphlight::kernel::mosaic::Tile;
+use glyphlight::kernel::pal::Polygon;
 use glyphlight::kernel::picture::Level;
 use glyphlight::kernel::quad::Quad;
+use glyphlight::kernel::representative::Solid;
 use glyphlight::kernel::surface::{Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle};
 use glyphlight::kernel::tree::{Handles, Node};
 use std::collections::BTreeMap;
@@ -85,6 +87,8 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
         layout!(Handles: p1 p2 low1 low2),
         layout!(Curve: p0 p1 p2 p3),
         layout!(Quad: half low),
+        layout!(Polygon: circle centroid radius first outer end texels side),
+        layout!(Solid: center half kind coverage),
         layout!(Level: low per_unit offset size variance coarser),
         layout!(Tile: center half mean skip m1_x first_node m1_y end_node m2_xx first_handles m2_xy deviation m2_yy deviation_3),
         layout!(Box: low skip high triangles),
@@ -97,7 +101,7 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
 #[test]
 fn structs_lie_as_in_rust() {
     let mut found = BTreeMap::new();
-    for source in [gbuffer(), light("tree"), light("quad"), meter("tree")] {
+    for source in [gbuffer(), light("tree"), light("quad"), light("pal"), light("representative"), meter("tree")] {
         found.extend(layouts(&module(&source)));
     }
     for (name, (size, mut members)) in rust_layouts() {

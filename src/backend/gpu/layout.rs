@@ -4,9 +4,10 @@
 use crate::backend::emitter::{self, Geometry};
 use crate::backend::prepared::Prepared;
 use crate::backend::{Horizons, Technique};
+use crate::kernel::pal::Polygon;
 use crate::kernel::picture::Level;
 use crate::kernel::surface::Rays;
-use crate::light::prefilter::{Prefiltered, pack};
+use crate::light::prefilter::Prefiltered;
 use crate::light::simple::Facing;
 use crate::light::{Form, Square};
 use bytemuck::{Pod, Zeroable};
@@ -154,9 +155,9 @@ impl Elements {
 pub struct Emitters {
     /// The emitters.
     pub emitters: Vec<Emitter>,
-    /// The elements of all regions: nodes of trees, curves, or quads.
+    /// The elements of all regions: nodes of trees, curves, quads, polygons or bodies.
     pub regions: Elements,
-    /// Their details: handles of trees.
+    /// Their details: handles of trees, edges of polygons and distances to them.
     pub details: Elements,
     /// Levels of the pictures.
     pub pictures: Elements,
@@ -171,7 +172,7 @@ impl Emitters {
         for emitter in emitters {
             let mut packed = Emitter::new(emitter);
             match &emitter.geometry {
-                Geometry::Shape { .. } | Geometry::Sampled { .. } => {}
+                Geometry::Shape | Geometry::Sampled { .. } => {}
                 Geometry::Kuge { curves, .. } | Geometry::Uniform { curves, .. } => {
                     [packed.first, packed.end] = all.regions.extend(curves);
                 }
@@ -179,6 +180,24 @@ impl Emitters {
                     [packed.first, packed.end] = all.regions.extend(&tree.nodes);
                     [packed.first_detail, _] = all.details.extend(&tree.handles);
                 }
+                Geometry::Polygons(polygons, _) => {
+                    let [edge, _] = all.details.extend(&polygons.edges);
+                    // Four distances take the place of an edge.
+                    let quartet =
+                        |d: &[f32]| Vec4::from_array(core::array::from_fn(|i| d.get(i).copied().unwrap_or(0.0)));
+                    let quartets: Vec<Vec4> = polygons.texels.chunks(4).map(quartet).collect();
+                    let [texel, _] = all.details.extend(&quartets).map(|i| 4 * i);
+                    let placed = |p: &Polygon| Polygon {
+                        first: p.first + edge,
+                        outer: p.outer + edge,
+                        end: p.end + edge,
+                        texels: p.texels + texel,
+                        ..*p
+                    };
+                    let placed: Vec<Polygon> = polygons.polygons.iter().map(placed).collect();
+                    [packed.first, packed.end] = all.regions.extend(&placed);
+                }
+                Geometry::Solid(solid) => [packed.first, packed.end] = all.regions.extend(&[*solid]),
                 Geometry::Quad(quad) => [packed.first, packed.end] = all.regions.extend(&[*quad]),
                 Geometry::Mosaic(mosaic) => {
                     [packed.first, packed.end] = all.regions.extend(&mosaic.nodes);
@@ -196,8 +215,7 @@ impl Emitters {
 
     /// Lays a picture after those that are there. Gives its index.
     fn picture(&mut self, colors: &Prefiltered) -> u32 {
-        let texels: Vec<_> = colors.texels.iter().map(|&texel| pack(texel)).collect();
-        let [before, _] = self.picture_texels.extend(&texels);
+        let [before, _] = self.picture_texels.extend(&colors.texels);
         let levels: Vec<_> = colors.levels.iter().map(|l| Level { offset: before + l.offset, ..*l }).collect();
         let [first, _] = self.pictures.extend(&levels);
         first

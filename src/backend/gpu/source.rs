@@ -9,6 +9,7 @@ use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
 use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
 use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SLACK};
+use crate::kernel::{pal, representative};
 
 /// Rows of the skip counters: workgroups of different rows do not wait for each other.
 pub const SKIP_ROWS: u32 = 32;
@@ -37,6 +38,8 @@ fn technique(name: &str) -> &'static [&'static str] {
         "uniform" => files!("curve" "polygon" "picture" "gather_uniform"),
         "quad" => files!("quad" "picture" "gather_quad"),
         "textured" => files!("tree" "picture" "gather_textured"),
+        "pal" => files!("pal" "picture" "gather_pal"),
+        "representative" => files!("representative" "picture" "gather_representative"),
         _ => files!("tree" "mosaic" "gather_tree"),
     }
 }
@@ -87,6 +90,12 @@ fn constants() -> String {
         ("NO_PICTURE", NO_PICTURE),
         ("BOX_COUNT_BITS", BOX_COUNT_BITS),
         ("SKIP_ROWS", SKIP_ROWS),
+        ("PAL_WEIGHTED", pal::WEIGHTED),
+        ("PAL_BIASED", pal::BIASED),
+        ("SOLID_RECTANGLE", representative::RECTANGLE),
+        ("SOLID_DISC", representative::DISC),
+        ("SOLID_SPHERE", representative::SPHERE),
+        ("SOLID_TUBE", representative::TUBE),
         ("LTC_ALPHAS", alphas as u32),
         ("LTC_THETAS", thetas as u32),
     ];
@@ -97,6 +106,10 @@ fn constants() -> String {
         ("SLACK", SLACK),
         ("MARGIN", MARGIN),
         ("FOOT_LIMIT", FOOT_LIMIT as f32),
+        ("PAL_BIAS", pal::BIAS),
+        ("PAL_NEAR", pal::NEAR),
+        ("PAL_PHI", pal::PHI),
+        ("PAL_MIRROR_EXPONENT", pal::MIRROR_EXPONENT),
         ("NEAREST_IMAGE", NEAREST_IMAGE),
         ("ROOT_NOISE", ROOT_NOISE),
         ("DIFFUSE_EPS", DIFFUSE_EPS),

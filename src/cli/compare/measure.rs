@@ -184,7 +184,7 @@ pub fn all(scene: &Scene, entries: Vec<Entry>, backends: &Backends, repeat: u32)
         for entry in waiting.drain(..) {
             progress.say(round, &entry.label());
             match render(&entry.settings) {
-                Ok(Rendering { film, stats }) => all.entries.push(Measured::new(entry, film, stats)),
+                Ok(Rendering { film, stats, .. }) => all.entries.push(Measured::new(entry, film, stats)),
                 Err(error) if entry.role == Role::Technique => {
                     all.failed.push(LeftOut { technique: entry.label(), reason: error.to_string() });
                 }
