@@ -19,13 +19,20 @@ fn angle_over_sine(x: f32) -> f32 {
 // theta*(b x a)_z / |b x a| for the edge from a to b (relative to the map's foot), theta the angle it subtends at
 // the origin: 2 pi times its share of the contour integral (Baum et al. 1989; Heitz et al. 2016, eq. 11).
 fn edge_integral(map: CosineMap, a: vec2f, b: vec2f) -> f32 {
-    let u = b - a;
-    let turn = perp_dot(u, a);
-    let normal = map.normal * turn + map.w0 * u.x + map.w1 * u.y;
     let pa = map_point(map, a);
     let pb = map_point(map, b);
     let inv = 1.0 / sqrt(dot(pa, pa) * dot(pb, pb));
-    let x = clamp(dot(pa, pb) * inv, -1.0, 1.0);
+    return edge_angle(edge_normal(map, perp_dot(b - a, a), b - a), dot(pa, pb) * inv, inv);
+}
+
+// b x a for an edge with perp_dot(b - a, a) = turn and b - a = u.
+fn edge_normal(map: CosineMap, turn: f32, u: vec2f) -> vec3f {
+    return map.normal * turn + map.w0 * u.x + map.w1 * u.y;
+}
+
+// theta*n_z / |n| for n = b x a, the cosine of the angle theta between a and b, and inv = 1/(|a|*|b|).
+fn edge_angle(normal: vec3f, cosine: f32, inv: f32) -> f32 {
+    let x = clamp(cosine, -1.0, 1.0);
     let near = angle_over_sine(abs(x)) * inv;
     if x >= 0.0 {
         return normal.z * near;

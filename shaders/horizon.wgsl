@@ -161,3 +161,51 @@ fn plane_far_crossing(plane: Horizon) -> f32 {
     let corner = select(plane.high, plane.low, plane.low > -UNBOUNDED);
     return plane.slope * angle_on_line(corner, plane.distance);
 }
+
+// The part of an edge above some planes, as a range of its parameter, and what its crossings close with.
+struct Cut {
+    start: f32,
+    end: f32,
+    closing: f32,
+}
+
+fn cut_at(map: CosineMap, plane: Horizon, cut_any: Cut, a: vec2f, b: vec2f) -> Cut {
+    var cut = cut_any;
+    let ha = height_at(plane.height, a);
+    let hb = height_at(plane.height, b);
+    if ha > 0.0 && hb > 0.0 {
+        return cut;
+    }
+    if !(ha > 0.0) && !(hb > 0.0) {
+        cut.end = 0.0;
+        return cut;
+    }
+    let t = ha / (ha - hb);
+    let closing = plane_crossing(plane, map_point(map, a + (b - a) * t));
+    if ha > 0.0 {
+        cut.closing -= closing;
+        cut.end = min(cut.end, t);
+    } else {
+        cut.closing += closing;
+        cut.start = max(cut.start, t);
+    }
+    return cut;
+}
+
+// 2 pi times the integral along the part of the edge from a to b (relative to the map's foot) that is above all planes, with
+// what its crossings add. Unless it `may_cross` it is known to be above them.
+fn cut_edge(map: CosineMap, clip: Clip, may_cross: bool, a: vec2f, b: vec2f) -> f32 {
+    var cut = Cut(0.0, 1.0, 0.0);
+    if may_cross {
+        cut = cut_at(map, clip.first, cut, a, b);
+        if clip.planes == 2u {
+            cut = cut_at(map, clip.second, cut, a, b);
+        }
+        if !(cut.start < cut.end) {
+            return cut.closing;
+        }
+    }
+    let start = select(a + (b - a) * cut.start, a, cut.start == 0.0);
+    let end = select(a + (b - a) * cut.end, b, cut.end == 1.0);
+    return cut.closing + edge_integral(map, start, end);
+}

@@ -50,7 +50,7 @@ fn add_light(pixel: u32, point: SurfacePoint, row: u32) {
                     continue;
                 }
                 let gathered = gather(emitter, images, lobe, frame.tolerance / brightest, &budget);
-                sums[k] += weight * gathered.value;
+                sums[k] += weight * gathered.value * images.sign;
                 visited += gathered.visited;
                 skipped.x += u32(gathered.skip == SKIP_BEHIND);
                 skipped.y += u32(gathered.skip == SKIP_BELOW_HORIZON);

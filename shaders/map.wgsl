@@ -28,6 +28,8 @@ struct Images {
     center: vec3f,
     normal: vec3f,
     front: f32,
+    // 1, or -1 for a face that hides a part of the faces before it.
+    sign: f32,
 }
 
 // A power of two that brings `largest` to about 1: it changes no digit.
@@ -37,6 +39,9 @@ fn power_of_two_unit(largest: f32) -> f32 {
 
 // The light's images, from its axes and middle in world space relative to the point.
 fn light_images(shading: ShadingFrame, emitter: Emitter, position: vec3f) -> Images {
+    if BODIES && emitter.form >= FORM_FACING_SPHERE {
+        return body_images(shading, emitter, position);
+    }
     let center = emitter.center - position;
     let largest = max(max(abs(emitter.x), abs(emitter.y)), abs(center));
     let unit = power_of_two_unit(max(largest.x, max(largest.y, largest.z)));
@@ -46,6 +51,7 @@ fn light_images(shading: ShadingFrame, emitter: Emitter, position: vec3f) -> Ima
     images.center = to_local(shading, center * unit);
     images.normal = to_local(shading, emitter.normal * unit * unit);
     images.front = -dot(emitter.normal * unit * unit, center * unit);
+    images.sign = 1.0;
     return images;
 }
 

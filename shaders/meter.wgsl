@@ -20,5 +20,10 @@ fn read_meter(@builtin(global_invocation_id) id: vec3u) {
             gathered[k] = gather(emitter, images, lobe, point.tolerance, &budget);
         }
     }
-    readings[id.x] = Reading(gathered[0].value, gathered[0].visited, gathered[1].value, gathered[1].visited);
+    readings[id.x] = Reading(
+        gathered[0].value * images.sign,
+        gathered[0].visited,
+        gathered[1].value * images.sign,
+        gathered[1].visited,
+    );
 }

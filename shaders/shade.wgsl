@@ -1,6 +1,9 @@
 // Whether an emission reaches a point, and what a technique answers. Twin of src/backend/gather.rs; the function `gather` of
 // the technique is in gather_*.wgsl.
 
+// Whether any emission has a picture.
+override PICTURES: bool = true;
+
 // What the tolerance still allows at one shading point: the sum of the accepted bounds, and the largest bound that the next
 // node may have, both in tolerances. Only techniques with an error bound heed it.
 struct Budget {
@@ -25,7 +28,7 @@ struct Gathered {
 
 // Whether an emission reaches the point: not from behind, and not in its own plane.
 fn is_behind(emitter: Emitter, images: Images) -> bool {
-    return images.front == 0.0 || (images.front < 0.0 && emitter.two_sided == 0u);
+    return !is_whole(emitter) && (images.front == 0.0 || (images.front < 0.0 && emitter.two_sided == 0u));
 }
 
 // A signed integral from the side the point is on.

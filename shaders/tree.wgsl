@@ -60,20 +60,34 @@ fn budget_accept(budget: ptr<function, Budget>, bound: f32, tolerance: f32) -> b
     return false;
 }
 
-// k*m0 + grad k*m1 + 1/2 H:m2.
-fn region_integral(map: CosineMap, e: Expansion, i: u32) -> f32 {
+// k, grad k and the parts of H that go with the moments m0, m1 and m2.
+struct Derivatives {
+    value: f32,
+    gradient: vec2f,
+    curvature: vec3f,
+}
+
+// The kernel and its derivatives at the centre, times the factors of Taylor's series.
+fn expansion_derivatives(map: CosineMap, e: Expansion) -> Derivatives {
     let z = e.dir.z;
     let z0 = map.c0.z * e.inv;
     let z1 = map.c1.z * e.inv;
     let b0 = dot(map.c0, e.dir) * e.inv;
     let b1 = dot(map.c1, e.dir) * e.inv;
     let inv2 = e.inv * e.inv;
-    let gradient = (z0 - 4.0 * z * b0) * nodes[i].m1[0] + (z1 - 4.0 * z * b1) * nodes[i].m1[1];
     let h00 = 6.0 * z * b0 * b0 - 2.0 * z0 * b0 - z * map.gram.x * inv2;
     let h01 = 6.0 * z * b0 * b1 - z0 * b1 - z1 * b0 - z * map.gram.y * inv2;
     let h11 = 6.0 * z * b1 * b1 - 2.0 * z1 * b1 - z * map.gram.z * inv2;
-    let curvature = 2.0 * (h00 * nodes[i].m2[0] + h11 * nodes[i].m2[2]) + 4.0 * h01 * nodes[i].m2[1];
-    return e.scale * (z * nodes[i].m0 + gradient + curvature);
+    let gradient = vec2f(z0 - 4.0 * z * b0, z1 - 4.0 * z * b1) * e.scale;
+    return Derivatives(e.scale * z, gradient, vec3f(2.0 * h00, 4.0 * h01, 2.0 * h11) * e.scale);
+}
+
+// k*m0 + grad k*m1 + 1/2 H:m2.
+fn region_integral(map: CosineMap, e: Expansion, i: u32) -> f32 {
+    let d = expansion_derivatives(map, e);
+    let first = d.gradient.x * nodes[i].m1[0] + d.gradient.y * nodes[i].m1[1];
+    let second = d.curvature.x * nodes[i].m2[0] + d.curvature.y * nodes[i].m2[1] + d.curvature.z * nodes[i].m2[2];
+    return d.value * nodes[i].m0 + first + second;
 }
 
 // Where a box lies with respect to all horizons.
@@ -109,54 +123,12 @@ fn far_sign(height: Height, a: vec2f, b: vec2f) -> f32 {
     return f32(height_at(height, b) > 0.0) - f32(height_at(height, a) > 0.0);
 }
 
-// The part of an edge above some planes, as a range of its parameter, and what its crossings close with.
-struct Cut {
-    start: f32,
-    end: f32,
-    closing: f32,
-}
-
-fn cut_at(map: CosineMap, plane: Horizon, cut_any: Cut, a: vec2f, b: vec2f) -> Cut {
-    var cut = cut_any;
-    let ha = height_at(plane.height, a);
-    let hb = height_at(plane.height, b);
-    if ha > 0.0 && hb > 0.0 {
-        return cut;
-    }
-    if !(ha > 0.0) && !(hb > 0.0) {
-        cut.end = 0.0;
-        return cut;
-    }
-    let t = ha / (ha - hb);
-    let closing = plane_crossing(plane, map_point(map, a + (b - a) * t));
-    if ha > 0.0 {
-        cut.closing -= closing;
-        cut.end = min(cut.end, t);
-    } else {
-        cut.closing += closing;
-        cut.start = max(cut.start, t);
-    }
-    return cut;
-}
-
 // The edge's part above all horizons, with the closing terms of its crossings.
 fn edge_above(map: CosineMap, clip: Clip, place: u32, a: vec2f, b: vec2f) -> f32 {
     if place >= PLACE_BELOW {
         return far_crossing(clip, place, a, b);
     }
-    var cut = Cut(0.0, 1.0, 0.0);
-    if place == PLACE_CUT {
-        cut = cut_at(map, clip.first, cut, a, b);
-        if clip.planes == 2u {
-            cut = cut_at(map, clip.second, cut, a, b);
-        }
-        if !(cut.start < cut.end) {
-            return cut.closing;
-        }
-    }
-    let start = select(a + (b - a) * cut.start, a, cut.start == 0.0);
-    let end = select(a + (b - a) * cut.end, b, cut.end == 1.0);
-    return cut.closing + edge_integral(map, start, end);
+    return cut_edge(map, clip, place == PLACE_CUT, a, b);
 }
 
 // A cubic from p0 to p3 by its first, second and third differences.

@@ -1,5 +1,5 @@
 // Structs and bindings of all passes. The structs' layouts are those of the Rust types of the same names, which a test holds
-// them against: src/kernel/{surface,tree}.rs and src/backend/gpu/layout.rs, which say what each member is.
+// them against: src/kernel/{picture,quad,surface,tree}.rs and src/backend/gpu/layout.rs, which say what each member is.
 //
 // Positions are relative to the camera, in metres.
 
@@ -94,6 +94,27 @@ struct Handles {
     low2: vec2f,
 }
 
+struct Curve {
+    p0: vec2f,
+    p1: vec2f,
+    p2: vec2f,
+    p3: vec2f,
+}
+
+struct Quad {
+    half: vec2f,
+    low: vec2f,
+}
+
+struct Level {
+    low: vec2f,
+    per_unit: vec2f,
+    offset: u32,
+    size: u32,
+    variance: f32,
+    coarser: u32,
+}
+
 struct Box {
     low: vec3f,
     skip: u32,
@@ -132,7 +153,7 @@ struct Reading {
 @group(0) @binding(5) var<storage, read> emitters: array<Emitter>;
 @group(0) @binding(8) var<storage, read> ltc_table: array<vec4f>;
 @group(0) @binding(9) var<storage, read> boxes: array<Box>;
-// 6 and 7 are the lights' regions as the technique reads them, 10 and 11 their pictures: gather_*.wgsl.
+// 6 and 7 are the lights' regions as the technique reads them: gather_*.wgsl. 10 and 11 are their pictures: picture.wgsl.
 
 // Shading: the triangle seen at the sample, plus one (0 = none), with a border of one pixel; what it adds to.
 @group(1) @binding(0) var visibility: texture_2d<u32>;

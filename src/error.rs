@@ -26,12 +26,23 @@ pub enum Error {
         /// What is wrong with it.
         source: Box<crate::outline::OutlineError>,
     },
+    /// A picture to shine in cannot be used.
+    #[error("{path}: {source}")]
+    Picture {
+        /// The file as the user named it.
+        path: String,
+        /// What is wrong with it.
+        source: crate::scene::texture::TextureError,
+    },
     /// A shape has no tree.
     #[error(transparent)]
     Tree(#[from] crate::light::tree::TreeError),
     /// A scene file is wrong.
     #[error(transparent)]
     Scene(#[from] crate::scene::file::SceneError),
+    /// There is no such figure, or its scene is wrong.
+    #[error(transparent)]
+    Figure(#[from] crate::scene::figures::FigureError),
     /// The sign of a text or SVG cannot be set up.
     #[error(transparent)]
     Preset(#[from] crate::scene::preset::PresetError),
@@ -41,6 +52,15 @@ pub enum Error {
     /// The picture cannot be written.
     #[error(transparent)]
     Film(#[from] crate::film::FilmError),
+    /// Pictures cannot be compared.
+    #[error(transparent)]
+    Metrics(#[from] crate::metrics::MetricsError),
+    /// A report cannot be written.
+    #[error(transparent)]
+    Report(#[from] crate::report::ReportError),
+    /// The folder of a report cannot be written.
+    #[error(transparent)]
+    Folder(#[from] crate::report::folder::FolderError),
     /// The table cannot be fitted.
     #[error(transparent)]
     Table(#[from] crate::brdf::ltc::TableError),

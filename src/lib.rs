@@ -14,7 +14,9 @@ pub mod error;
 pub mod film;
 pub mod kernel;
 pub mod light;
+pub mod metrics;
 pub mod outline;
+pub mod report;
 pub mod scene;
 pub mod shape;
 

@@ -4,6 +4,7 @@
 //! counter-clockwise, holes clockwise; the winding number is 0 or 1 everywhere. A [`Shape`] that comes out of
 //! [`crate::outline`] keeps that invariant; [`Shape::from_contours`] checks all of it but the winding number.
 
+use core::f64::consts::{FRAC_PI_2, TAU};
 use glam::{DAffine2, DVec2};
 
 /// A cubic Bézier segment with control points `p0..p3`.
@@ -98,11 +99,16 @@ impl CubicBez {
     }
 
     /// Calls `visit(x, direction)` for every crossing with the horizontal through `y`: +1 where the curve comes
-    /// up through it, −1 where it goes down.
+    /// up through it, −1 where it goes down. See [`Self::crossing_parameters`].
+    pub fn crossings(&self, y: f64, mut visit: impl FnMut(f64, i32)) {
+        self.crossing_parameters(y, |t, direction| visit(self.eval(t).x, direction));
+    }
+
+    /// Calls `visit(t, direction)` for every crossing with the horizontal through `y`, in the order of the curve.
     ///
     /// A point counts as below when its height is `<= y`, for the curve's ends to the bit, so along a closed
     /// contour the directions always add to nothing, whatever lies on the line.
-    pub fn crossings(&self, y: f64, mut visit: impl FnMut(f64, i32)) {
+    pub fn crossing_parameters(&self, y: f64, mut visit: impl FnMut(f64, i32)) {
         let h = self.points().map(|p| p.y);
         let below = h.map(|v| v <= y);
         if below == [below[0]; 4] {
@@ -138,7 +144,7 @@ impl CubicBez {
                 }
                 t = next;
             }
-            visit(self.eval(t).x, direction);
+            visit(t, direction);
         }
     }
 
@@ -322,7 +328,12 @@ impl Shape {
                 end = c.p3;
             }
         }
-        Ok(Self { contours: contours.into_iter().map(|curves| Contour { curves }).collect() })
+        Ok(Self::of_closed(contours))
+    }
+
+    /// Contours known to be closed and finite.
+    pub(crate) fn of_closed(contours: Vec<Vec<CubicBez>>) -> Self {
+        Self { contours: contours.into_iter().map(|curves| Contour { curves }).collect() }
     }
 
     /// The axis-aligned rectangle from `min` to `max`.
@@ -330,6 +341,20 @@ impl Shape {
         let corner = [min, DVec2::new(max.x, min.y), max, DVec2::new(min.x, max.y)];
         let curves = (0..4).map(|i| CubicBez::line(corner[i], corner[(i + 1) % 4])).collect();
         Self { contours: vec![Contour { curves }] }
+    }
+
+    /// The unit disc about the origin: `arcs` cubics (a multiple of 4) from (1, 0), of exactly its area.
+    ///
+    /// The cubics end on the circle and leave it by at most 2.7e-4 where there are four, 4.2e-6 where there are eight.
+    pub fn disc(arcs: u32) -> Self {
+        Self { contours: vec![Contour { curves: (0..arcs).map(|i| arc(i, arcs)).collect() }] }
+    }
+
+    /// The upper half of [`Shape::disc`], moved down by ½ so that its box is about the origin; from (1, −½).
+    pub fn half_disc(arcs: u32) -> Self {
+        let mut curves: Vec<_> = (0..arcs / 2).map(|i| arc(i, arcs)).collect();
+        curves.push(CubicBez::line(DVec2::NEG_X, DVec2::X));
+        Self { contours: vec![Contour { curves }] }.transformed(DAffine2::from_translation(DVec2::new(0.0, -0.5)))
     }
 
     /// The contours.
@@ -356,6 +381,20 @@ impl Shape {
     /// Bounds of the control points; [`Bounds::EMPTY`] for an empty shape.
     pub fn bounds(&self) -> Bounds {
         self.contours.iter().map(Contour::bounds).fold(Bounds::EMPTY, Bounds::union)
+    }
+
+    /// The smallest box around the curves themselves, handles aside; [`Bounds::EMPTY`] for an empty shape.
+    pub fn extent(&self) -> Bounds {
+        let turned = |c: &CubicBez| {
+            let [p0, p1, p2, p3] = c.points().map(|p| DVec2::new(p.y, p.x));
+            CubicBez::new(p0, p1, p2, p3)
+        };
+        let points = |c: &CubicBez| {
+            let turns: Vec<_> = c.turns().chain(turned(c).turns()).chain([0.0, 1.0]).collect();
+            let curve = *c;
+            turns.into_iter().map(move |t| curve.eval_exact(t))
+        };
+        Bounds::of(self.curves().flat_map(points))
     }
 
     /// The shape under an affine map of the plane; a mirroring map turns the contours round so that outer
@@ -402,4 +441,24 @@ impl Shape {
     pub fn append(&mut self, other: Self) {
         self.contours.extend(other.contours);
     }
+}
+
+/// The `i`th of `arcs` cubics round the unit circle, counter-clockwise.
+///
+/// Ends on the circle, handles of length k along its tangents. The area between such a cubic and the centre is
+/// (12k(1 − cos θ) + 10·sin θ − 3k²·sin θ)/20 for an arc of angle θ; k makes it θ/2, that of the sector.
+fn arc(i: u32, arcs: u32) -> CubicBez {
+    let theta = TAU / f64::from(arcs);
+    let (s, c) = theta.sin_cos();
+    let b = 12.0 * (1.0 - c);
+    let k = (b - (b * b - 120.0 * s * (theta - s)).sqrt()) / (6.0 * s);
+    let (start, end) = (on_circle(i, arcs), on_circle(i + 1, arcs));
+    CubicBez::new(start, start + start.perp() * k, end - end.perp() * k, end)
+}
+
+/// The `i`th of `corners` places round the unit circle; those on the axes to the bit.
+fn on_circle(i: u32, corners: u32) -> DVec2 {
+    let quarter = corners / 4;
+    let corner = DVec2::from_angle(FRAC_PI_2 / f64::from(quarter) * f64::from(i % quarter));
+    (0..i / quarter % 4).fold(corner, |p, _| p.perp())
 }

@@ -117,10 +117,12 @@ impl Backend for CpuBackend {
                             direction,
                             hit,
                         );
+                        let before = counters.nodes;
                         let [diffuse, specular] = shade(&prepared, table, settings, &point, &mut counters);
                         pixel.diffuse += diffuse;
                         pixel.specular += specular;
                         pixel.coverage += 1.0;
+                        pixel.parts += (counters.nodes - before) as f32;
                     }
                     pixel.scale(1.0 / settings.samples as f32);
                 }
@@ -140,7 +142,7 @@ impl Backend for CpuBackend {
             nodes: counters.nodes,
             lights: counters.lights,
         };
-        Ok(Rendering { film, stats })
+        Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })
     }
 }
 

@@ -6,12 +6,25 @@ use super::exact::{ExactMap, exact_integral};
 use super::reference;
 use super::reference::lights::Light;
 use crate::brdf::ltc::Lobe;
+use crate::kernel::body::{FacingTube, facing_disc};
+use crate::kernel::curve::EdgeSum;
 use crate::kernel::frame::ShadingFrame;
-use crate::kernel::horizon::{Clip, Height, TrueHorizon};
+use crate::kernel::horizon::{Clip, Height, Horizon, TrueHorizon};
 use crate::kernel::map::CosineMap;
+use crate::kernel::mosaic::mosaic_integral;
+use crate::kernel::pal::{pal_diffuse, pal_specular};
+use crate::kernel::picture::{Footprint, fetch};
+use crate::kernel::polygon::uniform_integral;
+use crate::kernel::quad::{QUAD_EDGES, Quad, quad_integral};
+use crate::kernel::representative::{Body, Solid};
+use crate::kernel::subdivide::{default_eps, kuge_integral};
 use crate::kernel::tree::{Budget, tree_integral};
+use crate::light::Square;
+use crate::light::distance::Polygons;
+use crate::light::mosaic::Mosaic;
+use crate::light::simple::Facing;
 use crate::light::tree::Tree;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// Why an integral is zero without having been evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +45,24 @@ pub struct Gathered {
     pub visited: u32,
 }
 
+impl Gathered {
+    /// In the colours that the point sees of the emitter.
+    fn painted(self, emitter: &Emitter, map: &CosineMap) -> Self {
+        let Some(colors) = &emitter.colors else { return self };
+        let color = fetch(&colors.levels, &colors.texels, &Footprint::new(map));
+        Self { value: self.value * color.as_dvec3(), ..self }
+    }
+
+    /// The same, by a technique without a map of its own to cosine space, where the light's images are `c`.
+    fn painted_through(self, emitter: &Emitter, c: [DVec3; 3]) -> Self {
+        if emitter.colors.is_none() {
+            return self;
+        }
+        let map = CosineMap::new(c, emitter.square.center, emitter.square.half);
+        map.map_or(self, |map| self.painted(emitter, &map))
+    }
+}
+
 /// The light's axes and origin in the shading frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Images {
@@ -39,23 +70,27 @@ pub struct Images {
     c: [DVec3; 3],
     /// Whether the point sees the light's back.
     back: bool,
+    /// 1, or −1 for a face that hides a part of the faces before it.
+    sign: f64,
 }
 
 impl Images {
     /// For a point relative to the camera. An emission that does not reach the point is skipped.
     pub fn new(emitter: &Emitter, frame: &ShadingFrame, position: DVec3) -> Result<Self, Skip> {
-        let p = &emitter.placement;
-        let to_light = p.origin - position;
-        let front = -p.normal().dot(to_light);
-        if front == 0.0 || (front < 0.0 && !emitter.two_sided) {
+        let c = facing_images(emitter, position).ok_or(Skip::Behind)?;
+        let front = -c[0].cross(c[1]).dot(c[2]);
+        let whole = emitter.facing == Facing::Whole;
+        if !whole && (front == 0.0 || (front < 0.0 && !emitter.two_sided)) {
             return Err(Skip::Behind);
         }
-        Ok(Self { c: [frame.to_local(p.x), frame.to_local(p.y), frame.to_local(to_light)], back: front < 0.0 })
+        let back = front < 0.0 && !whole;
+        let hides = back && matches!(emitter.facing, Facing::End { .. });
+        Ok(Self { c: c.map(|v| frame.to_local(v)), back, sign: if hides { -1.0 } else { 1.0 } })
     }
 
     /// The images given, of an emitter whose front the point sees.
     pub const fn in_cosine_space(c: [DVec3; 3]) -> Self {
-        Self { c, back: false }
+        Self { c, back: false, sign: 1.0 }
     }
 
     /// The clamped-cosine integral over the light: of the plain cosine, or of a lobe clipped at its horizons.
@@ -76,34 +111,135 @@ impl Images {
             }
             None => self.c,
         };
-        match &emitter.geometry {
-            Geometry::Tree(tree) => self.by_tree(c, tree, lobe, tolerance, budget),
-            Geometry::Shape => Ok(self.exactly(c, emitter, lobe)),
+        let gathered = match &emitter.geometry {
+            Geometry::Tree(tree) => self.by_tree(c, emitter, tree, lobe, tolerance, budget)?,
+            Geometry::Quad(quad) => self.by_quad(c, emitter, quad)?,
+            Geometry::Mosaic(mosaic) => self.by_mosaic(c, mosaic, emitter.square, lobe, tolerance, budget)?,
+            Geometry::Shape => self.exactly(c, emitter, lobe),
+            Geometry::Polygons(polygons, basis) => self.by_polygons(c, emitter, polygons, *basis, lobe)?,
+            Geometry::Solid(solid) => self.by_representative(c, emitter, solid, lobe),
+            Geometry::Kuge { curves, eps } => {
+                let eps = eps.unwrap_or_else(|| default_eps(lobe.map(|lobe| lobe.alpha)));
+                self.by_edges(c, emitter, |map, horizon| kuge_integral(map, horizon, curves, eps))?
+            }
+            Geometry::Uniform { curves, segments } => {
+                self.by_edges(c, emitter, |map, horizon| uniform_integral(map, horizon, curves, *segments))?
+            }
             Geometry::Sampled { sampling, .. } => {
                 let (value, visited) =
                     reference::integral(&Light::new(emitter).with_radiance(DVec3::ONE), sampling, self.c, lobe)?;
-                Ok(Gathered { value, visited })
+                Gathered { value, visited }
             }
+        };
+        Ok(Gathered { value: gathered.value * self.sign, ..gathered })
+    }
+
+    /// By projected areas, or the distance from where the mirror ray goes.
+    fn by_polygons(
+        &self,
+        c: [DVec3; 3],
+        emitter: &Emitter,
+        polygons: &Polygons,
+        basis: u32,
+        lobe: Option<&Lobe>,
+    ) -> Result<Gathered, Skip> {
+        // What a tube's rim hides of its side is no light to be taken away from an approximate one.
+        if self.sign < 0.0 {
+            return Err(Skip::Behind);
         }
+        let Square { center, half } = emitter.square;
+        let map = CosineMap::new(self.c, center, half).ok_or(Skip::Behind)?;
+        let integral = match lobe {
+            Some(lobe) => pal_specular(&map, polygons.view(), lobe.alpha, lobe.cos_theta),
+            None => pal_diffuse(&map, polygons.view(), basis),
+        };
+        let gathered = Gathered { value: DVec3::splat(f64::from(integral.value)), visited: integral.visited };
+        Ok(gathered.painted_through(emitter, c))
+    }
+
+    /// By one direction that stands for the light.
+    fn by_representative(&self, c: [DVec3; 3], emitter: &Emitter, solid: &Solid, lobe: Option<&Lobe>) -> Gathered {
+        let Square { center, half } = emitter.square;
+        let [x, y, origin] = self.c;
+        let middle = origin + x * center.x + y * center.y;
+        let (x, y) = (x * half, y * half);
+        let unit = 1.0 / middle.abs().max(x.abs()).max(y.abs()).max_element();
+        let body = Body::new(solid, (middle * unit).as_vec3(), (x * unit).as_vec3(), (y * unit).as_vec3());
+        let value = match lobe {
+            Some(lobe) => body.specular(lobe.alpha, lobe.cos_theta, lobe.magnitude),
+            None => body.diffuse(),
+        };
+        let gathered = Gathered { value: DVec3::splat(f64::from(value * solid.coverage)), visited: 1 };
+        gathered.painted_through(emitter, c)
     }
 
     fn by_tree(
         &self,
         c: [DVec3; 3],
+        emitter: &Emitter,
         tree: &Tree,
         lobe: Option<&Lobe>,
         tolerance: f32,
         budget: &mut Budget,
     ) -> Result<Gathered, Skip> {
-        let map = CosineMap::new(c, tree.center, tree.half).ok_or(Skip::Behind)?;
+        let root = &tree.nodes[0];
+        let (map, clip) = self.clipped(c, emitter.square, lobe, [root.center, root.half])?;
+        let integral = tree_integral(&map, &clip, tree.view(), tolerance, budget);
+        Ok(self.lit(integral.value, integral.visited).painted(emitter, &map))
+    }
+
+    /// Clipped at z = 0 of cosine space only, as published.
+    fn by_quad(&self, c: [DVec3; 3], emitter: &Emitter, quad: &Quad) -> Result<Gathered, Skip> {
+        let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
+        let clip = Clip::new(&map, None, -map.foot, quad.half).ok_or(Skip::BelowHorizon)?;
+        Ok(self.lit(quad_integral(&map, &clip, quad), QUAD_EDGES).painted(emitter, &map))
+    }
+
+    /// By a technique that knows z = 0 only. The light is taken for its whole square where it is asked what clips it.
+    fn by_edges(
+        &self,
+        c: [DVec3; 3],
+        emitter: &Emitter,
+        integrate: impl FnOnce(&CosineMap, Option<&Horizon>) -> EdgeSum,
+    ) -> Result<Gathered, Skip> {
+        let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
+        let clip = Clip::new(&map, None, -map.foot, Vec2::ONE).ok_or(Skip::BelowHorizon)?;
+        let sum = integrate(&map, clip.planes().first());
+        Ok(self.lit(sum.value, sum.edges).painted(emitter, &map))
+    }
+
+    fn by_mosaic(
+        &self,
+        c: [DVec3; 3],
+        mosaic: &Mosaic,
+        square: Square,
+        lobe: Option<&Lobe>,
+        tolerance: f32,
+        budget: &mut Budget,
+    ) -> Result<Gathered, Skip> {
+        let root = &mosaic.tiles[0];
+        let (map, clip) = self.clipped(c, square, lobe, [root.center, root.half])?;
+        let integral = mosaic_integral(&map, &clip, mosaic.view(), tolerance, budget);
+        let value = if self.back { -integral.value } else { integral.value };
+        Ok(Gathered { value: value.max(Vec3::ZERO).as_dvec3(), visited: integral.visited })
+    }
+
+    /// The map of a light's square to cosine space, and what clips the light there; `centre` and `half` are those of its box in
+    /// tree space.
+    fn clipped(
+        &self,
+        c: [DVec3; 3],
+        square: Square,
+        lobe: Option<&Lobe>,
+        [center, half]: [Vec2; 2],
+    ) -> Result<(CosineMap, Clip), Skip> {
+        let map = CosineMap::new(c, square.center, square.half).ok_or(Skip::Behind)?;
         let truth = lobe.map(|lobe| {
-            let form = map.height_form(self.c.map(|v| v.z), tree.center, tree.half);
+            let form = map.height_form(self.c.map(|v| v.z), square.center, square.half);
             TrueHorizon { axis: lobe.m_row_z, height: Height::new(&map, form) }
         });
-        let root = &tree.nodes[0];
-        let clip = Clip::new(&map, truth.as_ref(), root.center - map.foot, root.half).ok_or(Skip::BelowHorizon)?;
-        let integral = tree_integral(&map, &clip, tree.view(), tolerance, budget);
-        Ok(self.lit(integral.value, integral.visited))
+        let clip = Clip::new(&map, truth.as_ref(), center - map.foot, half).ok_or(Skip::BelowHorizon)?;
+        Ok((map, clip))
     }
 
     /// A signed integral from the side the point is on.
@@ -122,5 +258,29 @@ impl Images {
             exact_integral(&ExactMap { c, horizon }, &emitter.shape)
         };
         Gathered { value: DVec3::splat(value.max(0.0)), visited: 0 }
+    }
+}
+
+/// The images of an emitter's light-space axes and origin, relative to the point, in world axes. `None` where the point is
+/// inside the body or, for a tube's side, inside its infinite cylinder.
+fn facing_images(emitter: &Emitter, position: DVec3) -> Option<[DVec3; 3]> {
+    let p = &emitter.placement;
+    let to_light = p.origin - position;
+    let scale = p.x.length();
+    let per_unit = |[x, y, origin]: [DVec3; 3], radius: f64| [x / radius, y / radius, origin];
+    match emitter.facing {
+        Facing::Fixed | Facing::Whole => Some([p.x, p.y, to_light]),
+        Facing::Sphere { radius } => facing_disc(to_light, radius * scale).map(|c| per_unit(c, radius)),
+        Facing::Side { radius } => {
+            let tube = FacingTube::new(to_light, p.x / scale, radius * scale)?;
+            let [x, y, origin] = tube.side();
+            Some([x * scale, y / radius, origin])
+        }
+        Facing::End { radius, at } => {
+            let tube = FacingTube::new(to_light, p.x / scale, radius * scale)?;
+            let [x, y, origin] = tube.end(at * scale);
+            // The shape lies half its height below the half-disc.
+            Some(per_unit([x, y, origin + y * 0.5], radius))
+        }
     }
 }

@@ -143,7 +143,8 @@ impl Backend for GpuBackend {
                     let first = y as usize * settings.width as usize + tile.origin.x as usize;
                     for (pixel, sum) in row.iter().zip(&mut pixels[first..]) {
                         let coverage = pixel.shaded() as f32;
-                        *sum = Shaded { diffuse: pixel.diffuse, specular: pixel.specular, coverage };
+                        let parts = pixel.visited() as f32;
+                        *sum = Shaded { diffuse: pixel.diffuse, specular: pixel.specular, coverage, parts };
                         sum.scale(1.0 / settings.samples as f32);
                         shaded += u64::from(pixel.shaded());
                         nodes += pixel.visited();
@@ -168,7 +169,7 @@ impl Backend for GpuBackend {
             nodes,
             lights,
         };
-        Ok(Rendering { film, stats })
+        Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })
     }
 }
 

@@ -9,6 +9,7 @@ pub mod gpu;
 pub mod prepared;
 pub mod reference;
 mod sight;
+mod silhouette;
 pub mod technique;
 
 use crate::film::Film;
@@ -42,6 +43,9 @@ pub struct Settings {
 pub struct Rendering {
     /// The picture.
     pub film: Film,
+    /// For each pixel what its integrals were made of ([`Technique::parts`]), mean over its shaded samples; 0 where no surface
+    /// is seen.
+    pub parts: Vec<f32>,
     /// What it cost.
     pub stats: Stats,
 }
@@ -133,6 +137,12 @@ pub enum BackendError {
         /// What is wrong with its shape.
         source: crate::light::tree::TreeError,
     },
+    /// The yardstick integrates regions of one colour.
+    #[error("light `{light}` has a picture, which technique `exact` cannot integrate; `reference` can")]
+    Picture {
+        /// Name of the light.
+        light: String,
+    },
     /// A corner of a surface is no place that 32-bit floats can compute with.
     #[error("triangle {triangle}: its corner at {position} is beyond ±{limit:e} m from the camera")]
     Far {
@@ -214,6 +224,8 @@ struct Shaded {
     specular: Vec3,
     /// Fraction of the samples that met a surface.
     coverage: f32,
+    /// What their integrals were made of.
+    parts: f32,
 }
 
 impl Shaded {
@@ -221,6 +233,12 @@ impl Shaded {
         self.diffuse *= factor;
         self.specular *= factor;
         self.coverage *= factor;
+        self.parts *= factor;
+    }
+
+    /// Parts for each shaded sample.
+    fn parts_per_sample(&self) -> f32 {
+        if self.coverage > 0.0 { self.parts / self.coverage } else { 0.0 }
     }
 }
 

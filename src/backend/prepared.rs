@@ -1,6 +1,6 @@
 //! A scene made ready for shading: flat arrays, relative to the camera, that both backends read.
 
-use super::emitter::{Emitter, emitters};
+use super::emitter::{Emitter, emitters, layers};
 use super::{BackendError, Horizons, Settings, Technique};
 use crate::brdf::ltc::{Lobe, Table};
 use crate::color::{srgb_decode, srgb_encode};
@@ -23,8 +23,10 @@ pub struct Prepared {
     pub textures: Vec<SurfaceTexture>,
     /// Texels of all textures and levels.
     pub texels: Vec<u32>,
-    /// Emissions in the order of lights and layers.
+    /// What surfaces gather from, in the order of lights and layers.
     pub emitters: Vec<Emitter>,
+    /// What the camera sees: every layer of every light.
+    pub layers: Vec<Emitter>,
     /// What the emitters are made for.
     pub technique: Technique,
     /// Where specular lobes are clipped.
@@ -49,6 +51,10 @@ impl Prepared {
             right: frame.right.as_vec3().extend(0.0),
             up: frame.up.as_vec3().extend(0.0),
         };
+        let pictured = scene.lights.iter().find(|light| light.layers.iter().any(|layer| layer.picture.is_some()));
+        if let (Technique::Exact, Some(light)) = (settings.technique, pictured) {
+            return Err(BackendError::Picture { light: light.name.clone() });
+        }
         let eye = scene.camera.position;
         for (triangle, vertex) in scene.triangles.iter().enumerate().flat_map(|(i, t)| t.vertices.map(|v| (i, v))) {
             let position = vertex.position;
@@ -65,6 +71,7 @@ impl Prepared {
             textures,
             texels,
             emitters: emitters(scene, &settings.technique)?,
+            layers: layers(scene)?,
             technique: settings.technique,
             horizons: settings.horizons(),
             offsets: offsets(samples),

@@ -82,7 +82,7 @@ pub fn render(
         nodes: cost.samples,
         lights: cost.lights,
     };
-    Ok(Rendering { film, stats })
+    Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })
 }
 
 /// Whether one can sample so.
@@ -243,9 +243,11 @@ impl Frame<'_> {
                 }
             }
         });
-        cost.samples += u64::from(estimate.count) * u64::from(batch_size) * points.len() as u64;
+        let samples = u64::from(estimate.count) * u64::from(batch_size) * points.len() as u64;
+        cost.samples += samples;
         let [diffuse, specular] = estimate.mean.map(|mean| mean.as_vec3());
-        *pixel = Shaded { diffuse, specular, coverage: (points.len() as f64 * share) as f32 };
+        let [coverage, parts] = [points.len() as f64, samples as f64].map(|n| (n * share) as f32);
+        *pixel = Shaded { diffuse, specular, coverage, parts };
         estimate
     }
 

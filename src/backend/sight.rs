@@ -5,7 +5,9 @@ use super::Settings;
 use super::cpu::Surfaces;
 use super::emitter::Emitter;
 use super::prepared::Prepared;
-use crate::shape::CubicBez;
+use super::silhouette::Body;
+use crate::light::picture::Picture;
+use crate::shape::{Contour, CubicBez};
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 use tiny_skia::{FillRule, Mask, Path, PathBuilder, Transform};
@@ -14,6 +16,8 @@ use tiny_skia::{FillRule, Mask, Path, PathBuilder, Transform};
 const CHORDS: u32 = 64;
 /// Nearest visible distance over the light's own size.
 const NEAR: f64 = 1e-4;
+/// How far outlines are drawn, in halves of the picture from its middle: tiny-skia's numbers are f32.
+const FAR_OUT: f64 = 16.0;
 
 /// What the lights put in the picture.
 pub struct Sight {
@@ -26,6 +30,7 @@ pub struct Sight {
 /// One light's outline in the picture: a box of pixels with its radiance (xyz) and how much it hides (w).
 struct Outline<'a> {
     light: &'a Emitter,
+    body: Option<Body>,
     origin: [u32; 2],
     size: [u32; 2],
     pixels: Vec<Vec4>,
@@ -41,13 +46,16 @@ impl Outline<'_> {
         self.pixels[(dy * self.size[0] + dx) as usize]
     }
 
-    /// Distance of the light's plane along a ray, in lengths of its direction.
+    /// Distance of the light's plane, or of the body, along a ray, in lengths of its direction.
     fn distance(&self, direction: Vec3) -> f64 {
+        if let Some(body) = &self.body {
+            return body.entry(direction.as_dvec3());
+        }
         let normal = self.light.placement.normal();
         self.light.placement.origin.dot(normal) / direction.as_dvec3().dot(normal)
     }
 
-    /// Whether no surface stands before the light along a ray that meets its plane at `t`. A light that touches a
+    /// Whether no surface stands before the light along a ray that meets it at `t`. A light that touches a
     /// surface is not hidden by it.
     fn is_seen(&self, surfaces: &Surfaces<'_>, direction: Vec3, t: f64) -> bool {
         let touch = (1e-5 * t).min(1e-3 * self.light.square.half / f64::from(direction.length()));
@@ -59,7 +67,7 @@ impl Outline<'_> {
 pub fn see(prepared: &Prepared, surfaces: &Surfaces<'_>, settings: &Settings) -> Sight {
     let pixels = settings.width as usize * settings.height as usize;
     let mut sight = Sight { emission: vec![Vec3::ZERO; pixels], through: vec![1.0; pixels] };
-    let lights: Vec<&[Emitter]> = prepared.emitters.chunk_by(|a, b| a.light == b.light).collect();
+    let lights: Vec<&[Emitter]> = prepared.layers.chunk_by(|a, b| a.light == b.light).collect();
     let outlines: Vec<_> = lights.par_iter().filter_map(|layers| outline(prepared, settings, layers)).collect();
     if outlines.is_empty() {
         return sight;
@@ -101,14 +109,59 @@ pub fn see(prepared: &Prepared, surfaces: &Surfaces<'_>, settings: &Settings) ->
     sight
 }
 
-/// The outline of one light, whose layers add up. `None` where it is out of the picture or shows its dark back.
+/// Most looks at a picture along each side of a pixel.
+const MAX_LOOKS: f64 = 16.0;
+
+/// A part of the camera's picture.
+struct View<'a> {
+    prepared: &'a Prepared,
+    settings: &'a Settings,
+    origin: [u32; 2],
+}
+
+impl View<'_> {
+    /// The mean colour of a light's picture in a pixel, by about one look per texel.
+    fn color(&self, layer: &Emitter, picture: &Picture, x: u32, y: u32) -> Vec4 {
+        let at = |dx: f32, dy: f32| self.light_point(layer, x, y, [dx, dy]);
+        let texel = picture.texel_size();
+        let [across, down] = [at(1.0, 0.5) - at(0.0, 0.5), at(0.5, 1.0) - at(0.5, 0.0)].map(|step| {
+            let looks = (step / texel).length();
+            // Where the pixel looks along the plane there is no end to it.
+            if looks.is_finite() { looks.ceil().clamp(1.0, MAX_LOOKS) as u32 } else { MAX_LOOKS as u32 }
+        });
+        let look = |i: u32| {
+            let place = |i: u32, count: u32| (i as f32 + 0.5) / count as f32;
+            let p = at(place(i % across, across), place(i / across, down));
+            if p.is_finite() { picture.sample(p) } else { Vec4::ZERO }
+        };
+        (0..across * down).map(look).sum::<Vec4>() / (across * down) as f32
+    }
+
+    /// Where the light's plane is met by the ray through a place in a pixel.
+    fn light_point(&self, layer: &Emitter, x: u32, y: u32, offset: [f32; 2]) -> DVec2 {
+        let ray =
+            self.settings.direction(&self.prepared.rays, self.origin[0] + x, self.origin[1] + y, offset).as_dvec3();
+        let normal = layer.placement.normal();
+        layer.placement.light_point(ray * (layer.placement.origin.dot(normal) / ray.dot(normal)))
+    }
+}
+
+/// The outline of one light, whose layers add up. `None` where it is out of the picture or shows its dark
+/// back or inside.
 fn outline<'a>(prepared: &Prepared, settings: &Settings, layers: &'a [Emitter]) -> Option<Outline<'a>> {
     let light = &layers[0];
-    let front = -light.placement.normal().dot(light.placement.origin);
-    if front < 0.0 && !light.two_sided {
-        return None;
-    }
-    let paths: Vec<_> = layers.iter().filter_map(|e| Some((e, projected(prepared, settings, e)?))).collect();
+    let near = NEAR * light.square.half;
+    let body = Body::of(light);
+    let paths: Vec<_> = if let Some(body) = &body {
+        vec![(light, projected(prepared, settings, [body.silhouette()?], near)?)]
+    } else {
+        let front = -light.placement.normal().dot(light.placement.origin);
+        if front < 0.0 && !light.two_sided {
+            return None;
+        }
+        let path = |e| Some((e, projected(prepared, settings, contours(e), NEAR * e.square.half)?));
+        layers.iter().filter_map(path).collect()
+    };
     let edge = |low: f32, limit: u32| (low.max(0.0) as u32).min(limit);
     let reach = |f: fn(&Path) -> f32, pick: fn(f32, f32) -> f32| paths.iter().map(|(_, p)| f(p)).reduce(pick);
     let left = edge(reach(|p| p.bounds().left(), f32::min)?.floor(), settings.width);
@@ -118,38 +171,58 @@ fn outline<'a>(prepared: &Prepared, settings: &Settings, layers: &'a [Emitter]) 
     let (width, height) = (right.saturating_sub(left), bottom.saturating_sub(top));
     let mut mask = Mask::new(width, height)?;
     let mut pixels = vec![Vec4::ZERO; width as usize * height as usize];
+    let view = View { prepared, settings, origin: [left, top] };
     for (layer, path) in &paths {
         mask.clear();
         mask.fill_path(path, FillRule::Winding, true, Transform::from_translate(-(left as f32), -(top as f32)));
         let paint = layer.radiance.extend(layer.opacity) / 255.0;
-        pixels.iter_mut().zip(mask.data()).for_each(|(pixel, &c)| *pixel += paint * f32::from(c));
+        let rows = pixels.par_chunks_mut(width as usize).zip(mask.data().par_chunks(width as usize));
+        rows.enumerate().for_each(|(y, (pixels, covered))| {
+            for (x, (pixel, &c)) in pixels.iter_mut().zip(covered).enumerate().filter(|(_, (_, c))| **c > 0) {
+                let color = layer.picture.as_ref().map_or(Vec4::ONE, |p| view.color(layer, p, x as u32, y as u32));
+                *pixel += paint * color * f32::from(c);
+            }
+        });
     }
-    Some(Outline { light, origin: [left, top], size: [width, height], pixels })
+    Some(Outline { light, body, origin: [left, top], size: [width, height], pixels })
 }
 
-/// One emission's contours in pixels. `None` where all of it is behind the camera.
-fn projected(prepared: &Prepared, settings: &Settings, emitter: &Emitter) -> Option<Path> {
+/// Closed polygons in pixels. `None` where all of them are behind the camera.
+fn projected(
+    prepared: &Prepared,
+    settings: &Settings,
+    polygons: impl IntoIterator<Item = Vec<DVec3>>,
+    near: f64,
+) -> Option<Path> {
     let rays = &prepared.rays;
     let (forward, right, up) =
         (rays.forward.truncate().as_dvec3(), rays.right.truncate().as_dvec3(), rays.up.truncate().as_dvec3());
-    let near = NEAR * emitter.square.half;
     let size = DVec2::new(f64::from(settings.width), f64::from(settings.height));
     let to_pixel = |p: DVec3| {
         let depth = p.dot(forward);
         let ndc = DVec2::new(p.dot(right) / right.length_squared(), -p.dot(up) / up.length_squared()) / depth;
-        // Far outside the picture, where only the direction matters; tiny-skia's numbers are f32.
-        ((ndc + 1.0) * 0.5 * size).clamp(-16.0 * size, 17.0 * size)
+        (ndc + 1.0) * 0.5 * size
     };
+    // Inside is where the sides of a wide pyramid are positive, and before the camera.
+    let side = |axis: DVec3| forward * FAR_OUT + axis / axis.length_squared();
+    let planes = [(forward, near), (side(right), 0.0), (side(-right), 0.0), (side(up), 0.0), (side(-up), 0.0)];
     let mut path = PathBuilder::new();
-    for contour in emitter.shape.contours() {
-        let points: Vec<DVec3> = contour.curves().iter().flat_map(chords).map(|p| emitter.placement.point(p)).collect();
-        let polygon = clip_near(&points, forward, near);
+    for mut polygon in polygons {
+        for (normal, distance) in planes {
+            polygon = clip(polygon, normal, distance);
+        }
         for (i, p) in polygon.into_iter().map(to_pixel).enumerate() {
             if i == 0 { path.move_to(p.x as f32, p.y as f32) } else { path.line_to(p.x as f32, p.y as f32) }
         }
         path.close();
     }
     path.finish()
+}
+
+/// The contours of an emission, as polygons.
+fn contours(emitter: &Emitter) -> impl Iterator<Item = Vec<DVec3>> {
+    let points = |c: &Contour| c.curves().iter().flat_map(chords).map(|p| emitter.placement.point(p)).collect();
+    emitter.shape.contours().iter().map(points)
 }
 
 /// Points along a curve without its end.
@@ -159,12 +232,16 @@ fn chords(curve: &CubicBez) -> impl Iterator<Item = DVec2> {
     (0..n).map(move |i| curve.eval(f64::from(i) / f64::from(n)))
 }
 
-/// The part of a polygon at least `near` in front of the camera (Sutherland, Hodgman 1974).
-fn clip_near(points: &[DVec3], forward: DVec3, near: f64) -> Vec<DVec3> {
+/// The part of a polygon where p·normal is at least `distance` (Sutherland, Hodgman 1974).
+fn clip(points: Vec<DVec3>, normal: DVec3, distance: f64) -> Vec<DVec3> {
+    let height = |p: DVec3| p.dot(normal) - distance;
+    if points.iter().all(|&p| height(p) >= 0.0) {
+        return points;
+    }
     let mut out = Vec::with_capacity(points.len());
     for (i, &p) in points.iter().enumerate() {
         let q = points[(i + 1) % points.len()];
-        let (dp, dq) = (p.dot(forward) - near, q.dot(forward) - near);
+        let (dp, dq) = (height(p), height(q));
         if dp >= 0.0 {
             out.push(p);
         }

@@ -9,7 +9,8 @@ pub enum Technique {
     /// The chord–moment tree: error bounded by the tolerance, cost nearly independent of the curve count.
     #[default]
     Tree,
-    /// Adaptive contour integration in float64: the yardstick, right to 1e-10 and slow. CPU only.
+    /// Adaptive contour integration in float64: the yardstick, right to 1e-10 and slow. CPU only; a light with a picture
+    /// is an error.
     Exact,
     /// Curves subdivided by what they contribute, clipped by roots (Kuge, Yatagawa, Morishima, JCGT 11(1), 2022).
     Kuge {
@@ -52,12 +53,12 @@ pub enum Horizons {
 /// What `pal` projects a polygon on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Basis {
-    /// The plane across the direction to the polygon's centre.
+    /// The plane across the direction to the polygon's centroid.
     #[default]
     Centred,
-    /// Across the mean direction of its corners, weighted by their edges.
+    /// Across the direction to the mean of its corners, the nearer ones weighing more.
     Weighted,
-    /// The weighted direction, biased towards the normal.
+    /// The centred one, projected on from farther back.
     Biased,
 }
 
@@ -119,6 +120,11 @@ impl Technique {
             Self::Kuge { .. } | Self::Uniform { .. } | Self::Quad { .. } | Self::Pal { .. } => "edges",
             Self::Exact | Self::Representative | Self::Reference(_) => "samples",
         }
+    }
+
+    /// Whether it takes a sphere or tube for what it is, and not for the faces that it shows each point.
+    pub const fn takes_bodies_whole(&self) -> bool {
+        matches!(self, Self::Representative | Self::Reference(_))
     }
 
     /// Its name without parameters.

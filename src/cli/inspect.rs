@@ -5,7 +5,6 @@ use super::{json, label, say};
 use crate::error::Error;
 use crate::film::{Format, check_writable, diagram};
 use crate::light::tree::Tree;
-use crate::scene::file;
 use comfy_table::Table;
 use std::path::PathBuf;
 
@@ -103,17 +102,18 @@ fn arts(args: &Args) -> Result<(Vec<Art>, Vec<String>), Error> {
         let warnings = said(&art);
         return Ok((vec![art], warnings));
     };
+    let figure = path.to_str().is_some_and(|name| name.starts_with("figure:"));
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match ending.as_str() {
-        "svg" => {
+        "svg" if !figure => {
             let source = Source { text: None, svg: Some(path.clone()), path: None };
             let art = source.art(&args.style)?;
             let warnings = said(&art);
             Ok((vec![art], warnings))
         }
-        "toml" => {
+        _ if figure || ending == "toml" => {
             args.style.check("a scene file")?;
-            let loaded = file::load(path)?;
+            let (loaded, _) = super::scene::open(path)?;
             let art = |l: crate::light::AreaLight| Art { name: l.name, layers: l.layers, warnings: Vec::new() };
             Ok((loaded.scene.lights.into_iter().map(art).collect(), loaded.warnings))
         }

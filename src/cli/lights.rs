@@ -10,6 +10,7 @@ use crate::outline::path;
 use crate::outline::svg::{self, SvgOptions};
 use crate::outline::text::{Align, Direction, TextStyle, layout};
 use crate::outline::{FillRule, OutlineError, Warning};
+use crate::scene::{Texture, texture};
 use clap::ValueEnum;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -59,6 +60,9 @@ pub struct Style {
     /// Light every part of the SVG alike, whatever its own colours
     #[arg(long)]
     no_svg_colors: bool,
+    /// PNG or JPEG in whose colours --text or --path shines, stretched over it
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
     /// Fill rule of --path [default: nonzero]
     #[arg(long, value_enum)]
     fill_rule: Option<FillRuleArg>,
@@ -68,7 +72,7 @@ impl Style {
     /// Refuses what would have no effect; `kind` is `--text`, `--svg`, `--path` or what a file is called.
     pub fn check(&self, kind: &str) -> Result<(), Error> {
         const TEXT: &[&str] = &["--text"];
-        let given: [(&str, bool, &[&str]); 9] = [
+        let given: [(&str, bool, &[&str]); 10] = [
             ("font", !self.font.is_empty(), TEXT),
             ("size", self.size.is_some(), &["--text", "--svg"]),
             ("align", self.align.is_some(), TEXT),
@@ -77,6 +81,7 @@ impl Style {
             ("axis", !self.axis.is_empty(), TEXT),
             ("direction", self.direction.is_some(), TEXT),
             ("no-svg-colors", self.no_svg_colors, &["--svg"]),
+            ("picture", self.picture.is_some(), &["--text", "--path"]),
             ("fill-rule", self.fill_rule.is_some(), &["--path"]),
         ];
         match given.iter().find(|(_, given, kinds)| *given && !kinds.contains(&kind)) {
@@ -85,6 +90,15 @@ impl Style {
                 Err(Error::Usage(format!("--{name} goes with {}; it has no effect on {kind}", kinds.join(" and "))))
             }
         }
+    }
+
+    /// The art in the colours of --picture.
+    fn painted(&self, mut art: Art) -> Result<Art, Error> {
+        if let Some(file) = &self.picture {
+            let fault = |source| Error::Picture { path: file.display().to_string(), source };
+            Texture::decode(&read(file, texture::MAX_BYTES)?, true).map_err(fault)?.lay_over(&mut art.layers);
+        }
+        Ok(art)
     }
 
     fn size(&self) -> f64 {
@@ -136,6 +150,14 @@ pub struct Art {
 }
 
 impl Source {
+    /// The arguments, one to a line.
+    pub fn describe(&self) -> String {
+        let file = self.svg.as_ref().map(|file| file.display().to_string());
+        let given = [("text", &self.text), ("svg", &file), ("path", &self.path)];
+        let lines = given.iter().filter_map(|(name, value)| value.as_ref().map(|value| format!("{name} {value}")));
+        lines.collect::<Vec<_>>().join("\n")
+    }
+
     /// Turns the source into shapes.
     pub fn art(&self, style: &Style) -> Result<Art, Error> {
         match (&self.text, &self.svg, &self.path) {
@@ -178,7 +200,7 @@ fn text_art(text: &str, style: &Style) -> Result<Art, Error> {
         },
     };
     let text_layout = layout(text, &fonts, &set).map_err(|e| argument("text", text, e))?;
-    Ok(Art { name: text.into(), layers: vec![white(text_layout.shape)], warnings: text_layout.warnings })
+    style.painted(Art { name: text.into(), layers: vec![white(text_layout.shape)], warnings: text_layout.warnings })
 }
 
 /// A bundled font by its name, or a font file by its ending.
@@ -194,12 +216,7 @@ fn font(name: &str) -> Result<Font, Error> {
 fn svg_art(file: &Path, style: &Style) -> Result<Art, Error> {
     let name = file.display().to_string();
     let art = svg::svg(&read(file, MAX_BYTES)?, &name, &SvgOptions::bundled(style.size()))?;
-    let layer = |l: svg::ArtLayer| {
-        // The colours of the art are multiplied by the opacity already.
-        let radiance = if style.no_svg_colors { DVec3::splat(l.opacity) } else { l.color.into() };
-        Layer { shape: l.shape, radiance, opacity: l.opacity, picture: None }
-    };
-    let layers: Vec<_> = art.layers.into_iter().map(layer).collect();
+    let layers: Vec<_> = art.layers.into_iter().map(|l| l.into_light(!style.no_svg_colors)).collect();
     if layers.iter().all(|l| l.radiance == DVec3::ZERO) {
         return Err(Error::Usage(format!("{name}: all of it is black; --no-svg-colors lights every part of it")));
     }
@@ -212,7 +229,7 @@ fn path_art(data: &str, style: &Style) -> Result<Art, Error> {
         Some(FillRuleArg::Evenodd) => FillRule::EvenOdd,
     };
     let shape = path::shape(data, rule).map_err(|e| argument("path", data, e))?;
-    Ok(Art { name: "path".into(), layers: vec![white(shape)], warnings: Vec::new() })
+    style.painted(Art { name: "path".into(), layers: vec![white(shape)], warnings: Vec::new() })
 }
 
 /// An error of what an argument holds.

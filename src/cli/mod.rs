@@ -4,12 +4,17 @@
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+mod backend;
+mod compare;
+mod display;
 mod fit;
 mod inspect;
 mod lights;
+mod machine;
 mod probe;
 mod progress;
 mod render;
+mod scene;
 mod technique;
 mod values;
 
@@ -32,6 +37,8 @@ pub struct Cli {
 enum Verb {
     /// Render a scene file, a text or an SVG as lights
     Render(Box<render::Args>),
+    /// Render one scene by every technique and show what each costs and how wrong it is
+    Compare(Box<compare::Args>),
     /// Show what a font's text, an SVG or path data becomes: contours, areas, tree
     Inspect(Box<inspect::Args>),
     /// The light meter: values without a picture
@@ -44,6 +51,7 @@ enum Verb {
 pub fn run(cli: Cli) -> ExitCode {
     let done = match cli.verb {
         Verb::Render(args) => render::run(&args),
+        Verb::Compare(args) => compare::run(&args),
         Verb::Inspect(args) => inspect::run(&args),
         Verb::Probe(args) => probe::run(&args),
         Verb::Fit(args) => fit::run(&args),

@@ -11,7 +11,6 @@ use crate::brdf::ltc::Table;
 use crate::error::Error;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::tree::Budget;
-use crate::scene::file;
 use crate::shape::{CubicBez, Shape};
 use clap::Subcommand;
 use glam::{DVec2, DVec3};
@@ -178,7 +177,7 @@ struct Reading {
 }
 
 fn scene_points(scene: &Path, points: &Path, how: &How) -> Result<(), Error> {
-    let loaded = file::load(scene)?;
+    let (loaded, _) = super::scene::open(scene)?;
     super::warn(&loaded.warnings);
     let (technique, horizons) = how.technique.resolve()?;
     let settings = Settings { width: 1, height: 1, samples: 1, tolerance: how.tolerance, technique, horizons };

@@ -1,32 +1,23 @@
 //! `glyphlight render`: a scene, a text or an SVG to a picture.
 
-use super::lights::{Source, Style};
+use super::backend::{BackendArg, Backends};
+use super::display::DisplayArgs;
+use super::scene::Subject;
 use super::technique::TechniqueArgs;
-use super::values::{Color, finite, hex, positive, radiance, unit};
-use super::{json, label, progress, say, warn};
-use crate::backend::cpu::CpuBackend;
-use crate::backend::{Backend, BackendError, Rendering, Settings, Stats, Technique, reference};
+use super::values::positive;
+use super::{json, label, say};
+use crate::backend::{Rendering, Settings, Stats, Technique};
 use crate::error::Error;
-use crate::film::{Display, Film, Format, Pending, ToneMap, check_writable};
-use crate::scene::preset::{PresetOptions, sign};
-use crate::scene::{Scene, file};
-use clap::ValueEnum;
+use crate::film::heat::{self, Scale};
+use crate::film::{Display, Film, Format, Pending, check_writable};
 use comfy_table::Table;
-use glam::DVec3;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Scene file (TOML)
-    #[arg(conflicts_with = "art")]
-    scene: Option<PathBuf>,
     #[command(flatten)]
-    source: Source,
-    #[command(flatten)]
-    style: Style,
-    #[command(flatten)]
-    sign: Sign,
+    subject: Subject,
     /// Picture to write: .png (display) or .exr (linear, layers); may be given twice
     #[arg(short, long, value_name = "FILE", default_value = "glyphlight.png")]
     output: Vec<PathBuf>,
@@ -47,12 +38,8 @@ pub struct Args {
     /// Where to compute: auto takes a hardware GPU if there is one, else the CPU; gpu takes a software driver as well
     #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
     backend: BackendArg,
-    /// Exposure of PNGs, stops
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
-    exposure: f64,
-    /// Tone mapping of PNGs
-    #[arg(long, value_enum, default_value_t = ToneMapArg::Neutral)]
-    tone_map: ToneMapArg,
+    #[command(flatten)]
+    display: DisplayArgs,
     /// Dither PNGs
     #[arg(long)]
     dither: bool,
@@ -62,55 +49,9 @@ pub struct Args {
     /// Print the statistics as JSON
     #[arg(long, requires = "stats")]
     json: bool,
-}
-
-/// The sign of --text, --svg and --path.
-#[derive(Debug, clap::Args)]
-struct Sign {
-    /// Radiance of the sign (of white, for an SVG), W/(sr·m²)
-    #[arg(long, default_value_t = 1.5, value_parser = radiance, conflicts_with = "scene")]
-    radiance: f64,
-    /// Colour of the sign, #rrggbb
-    #[arg(long, default_value = "#ffffff", value_parser = hex, conflicts_with = "scene")]
-    color: Color,
-    /// GGX width of the floor, 0 to 1
-    #[arg(long, value_parser = unit, conflicts_with_all = ["scene", "roughness"])]
-    alpha: Option<f32>,
-    /// Perceptual roughness of the floor, 0 to 1: the square root of alpha
-    #[arg(long, value_parser = unit, conflicts_with = "scene")]
-    roughness: Option<f32>,
-}
-
-/// Where to render.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum BackendArg {
-    Auto,
-    Cpu,
-    Gpu,
-}
-
-/// Tone mapping by the names of the command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum ToneMapArg {
-    /// Clip at white
-    Linear,
-    /// Reinhard's curve
-    Reinhard,
-    /// ACES film curve
-    Aces,
-    /// Khronos PBR Neutral: keeps hues, compresses highlights only
-    Neutral,
-}
-
-impl From<ToneMapArg> for ToneMap {
-    fn from(arg: ToneMapArg) -> Self {
-        match arg {
-            ToneMapArg::Linear => Self::Linear,
-            ToneMapArg::Reinhard => Self::Reinhard,
-            ToneMapArg::Aces => Self::Aces,
-            ToneMapArg::Neutral => Self::Neutral,
-        }
-    }
+    /// Write a heat map of the edges (nodes, samples) that each pixel took, and print its scale
+    #[arg(long, value_name = "FILE.png")]
+    count_edges: Option<PathBuf>,
 }
 
 pub fn run(args: &Args) -> Result<(), Error> {
@@ -119,6 +60,9 @@ pub fn run(args: &Args) -> Result<(), Error> {
         check_writable(path)?;
     }
     let (technique, horizons) = args.technique.resolve()?;
+    if let Some(path) = &args.count_edges {
+        check_heat_map(path, args, technique)?;
+    }
     let settings = Settings {
         width: args.width,
         height: args.height,
@@ -129,73 +73,63 @@ pub fn run(args: &Args) -> Result<(), Error> {
     };
     settings.check()?;
     let start = Instant::now();
-    let scene = scene(args)?;
+    let scene = args.subject.stage(args.width, args.height)?.scene;
     let load = start.elapsed().as_secs_f64();
-    let Rendering { film, mut stats } = render(&scene, &settings, args.backend)?;
+    let Rendering { film, parts, mut stats } = Backends::new(args.backend).render(&scene, &settings)?;
     let start = Instant::now();
-    write(&film, args)?;
+    let scale = write(&film, &parts, args)?;
     stats.stages.insert(0, ("load".into(), load));
     stats.stages.push(("write".into(), start.elapsed().as_secs_f64()));
     if args.stats {
-        say(if args.json { json(&stats)? } else { table(&stats) })?;
+        say(if args.json { json(&Report { stats: &stats, heat_map: scale })? } else { table(&stats) })?;
+    }
+    if let Some(Scale { min, max, mean }) = scale
+        && !args.json
+    {
+        say(format!(
+            "{} per sample: min {min}, max {max}, mean {mean:.2} (dark is 0, light is max)",
+            technique.parts()
+        ))?;
     }
     Ok(())
 }
 
-fn write(film: &Film, args: &Args) -> Result<(), Error> {
-    let display = Display { exposure: args.exposure, tone_map: args.tone_map.into(), dither: args.dither };
-    let files = args.output.iter().map(|path| film.encode(path, &display)).collect::<Result<Vec<_>, _>>()?;
-    Ok(files.into_iter().try_for_each(Pending::keep)?)
+/// What `--stats --json` prints.
+#[derive(serde::Serialize)]
+struct Report<'a> {
+    #[serde(flatten)]
+    stats: &'a Stats,
+    /// Of `--count-edges`: least and mean of the values above 0, and the greatest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    heat_map: Option<Scale>,
 }
 
-fn scene(args: &Args) -> Result<Scene, Error> {
-    if let Some(path) = &args.scene {
-        args.style.check("a scene file")?;
-        let loaded = file::load(path)?;
-        warn(&loaded.warnings);
-        return Ok(loaded.scene);
+/// Refuses a heat map that cannot be made.
+fn check_heat_map(path: &Path, args: &Args, technique: Technique) -> Result<(), Error> {
+    if Format::of(path)? != Format::Png {
+        return Err(Error::Usage(format!("--count-edges {}: a heat map is a .png", path.display())));
     }
-    let art = args.source.art(&args.style)?;
-    warn(art.warnings.iter().map(|w| format!("{}: {}", w.element, w.message)));
-    let mut layers = art.layers;
-    for layer in &mut layers {
-        layer.radiance *= DVec3::from_array(args.sign.color.0) * args.sign.radiance;
+    if args.output.iter().any(|output| output == path) {
+        return Err(Error::Usage(format!("--count-edges {}: that is the picture's file", path.display())));
     }
-    let default = PresetOptions::default();
-    let alpha = args.sign.alpha.or(args.sign.roughness.map(|r| r * r)).unwrap_or(default.alpha);
-    let aspect = f64::from(args.width) / f64::from(args.height);
-    Ok(sign(layers, &PresetOptions { name: art.name, alpha, aspect, ..default })?)
+    if technique == Technique::Exact {
+        return Err(Error::Usage("--count-edges: technique exact counts nothing".into()));
+    }
+    Ok(check_writable(path)?)
 }
 
-fn render(scene: &Scene, settings: &Settings, backend: BackendArg) -> Result<Rendering, BackendError> {
-    if let (Technique::Reference(sampling), BackendArg::Auto | BackendArg::Cpu) = (&settings.technique, backend) {
-        return progress::shown("sampling", |report| reference::render(scene, settings, sampling, report));
+/// Writes all files or none.
+fn write(film: &Film, parts: &[f32], args: &Args) -> Result<Option<Scale>, Error> {
+    let display = Display { dither: args.dither, ..args.display.display() };
+    let mut files = args.output.iter().map(|path| film.encode(path, &display)).collect::<Result<Vec<_>, _>>()?;
+    let mut scale = None;
+    if let Some(path) = &args.count_edges {
+        let (file, of) = heat::encode(path, film.width, film.height, parts)?;
+        files.push(file);
+        scale = Some(of);
     }
-    if backend == BackendArg::Cpu || settings.technique.is_cpu_only() && backend == BackendArg::Auto {
-        return CpuBackend.render(scene, settings);
-    }
-    on_gpu(scene, settings, backend)
-}
-
-#[cfg(feature = "gpu")]
-fn on_gpu(scene: &Scene, settings: &Settings, backend: BackendArg) -> Result<Rendering, BackendError> {
-    use crate::backend::gpu::{AdapterChoice, GpuBackend};
-    match backend {
-        BackendArg::Auto => match GpuBackend::new(AdapterChoice::Hardware) {
-            Ok(gpu) => gpu.render(scene, settings),
-            Err(BackendError::NoAdapter(_)) => CpuBackend.render(scene, settings),
-            Err(error) => Err(error),
-        },
-        _ => GpuBackend::new(AdapterChoice::Any)?.render(scene, settings),
-    }
-}
-
-#[cfg(not(feature = "gpu"))]
-fn on_gpu(scene: &Scene, settings: &Settings, backend: BackendArg) -> Result<Rendering, BackendError> {
-    match backend {
-        BackendArg::Auto => CpuBackend.render(scene, settings),
-        _ => Err(BackendError::NoAdapter("built without the feature `gpu`".into())),
-    }
+    files.into_iter().try_for_each(Pending::keep)?;
+    Ok(scale)
 }
 
 /// The statistics as a table.

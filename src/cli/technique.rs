@@ -13,7 +13,7 @@ pub struct TechniqueArgs {
     /// representative, reference[:SPP] (Monte Carlo, slow)
     #[arg(long, default_value = "tree", value_name = "NAME")]
     technique: Technique,
-    /// kuge: least contribution of a triangle that is subdivided, of a hemisphere; the paper's own if not given
+    /// kuge: least contribution of a triangle that is subdivided, 2π being a hemisphere; the paper's own if not given: 0.1·alpha, and 1000 for diffuse
     #[arg(long, value_parser = positive)]
     eps: Option<f32>,
     /// uniform: edges per curve [default: 30]

@@ -3,6 +3,7 @@
 pub mod diagram;
 pub mod display;
 mod exr;
+pub mod heat;
 mod png;
 
 pub use display::{Display, ToneMap};
@@ -139,9 +140,22 @@ impl Film {
         })
     }
 
+    /// What surfaces reflect: the sum of the diffuse and the specular layer.
+    pub fn reflected(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
+        self.diffuse.iter().zip(&self.specular).map(|(d, s)| core::array::from_fn(|c| d[c] + s[c]))
+    }
+
     /// What is seen of surfaces and background at a pixel.
     fn behind(&self, i: usize) -> [f32; 3] {
         core::array::from_fn(|c| self.diffuse[i][c] + self.specular[i][c] + self.background[i][c])
+    }
+
+    /// The picture as a display shows it: 8-bit sRGB, row by row from the top.
+    ///
+    /// # Errors
+    /// [`FilmError::NotFinite`] with `path`, which is only named.
+    pub fn displayed(&self, display: &Display, path: &Path) -> Result<Vec<u8>, FilmError> {
+        png::displayed(self, display, path)
     }
 
     /// Writes the picture, as PNG or EXR by the ending of `path`. `display` applies to PNG; EXR holds radiance as it is.
@@ -174,6 +188,19 @@ impl Film {
             Format::Exr => exr::encode(self, out, path),
         })
     }
+}
+
+/// A PNG of 8-bit sRGB pixels, row by row from the top.
+///
+/// # Errors
+/// What the encoder says, where `rgb` isn't `width · height · 3` bytes; with `path`, which is only named.
+pub fn png_of(rgb: &[u8], width: u32, height: u32, path: &Path) -> Result<Vec<u8>, FilmError> {
+    let mut png = Vec::new();
+    if rgb.len() != width as usize * height as usize * 3 {
+        return Err(FilmError::Size { path: path.into(), width, height, layers: [rgb.len() / 3; 3] });
+    }
+    png::encode_rgb(rgb, width, height, &mut png, path)?;
+    Ok(png)
 }
 
 /// A file that is written whole under a temporary name beside its place, and vanishes unless it is kept.

@@ -7,11 +7,16 @@ use image::{ExtendedColorType, ImageEncoder};
 use std::io::Write;
 use std::path::Path;
 
-/// Encodes the picture as seen through `display`. A pixel that isn't finite is an error: it has no colour.
+/// Encodes the picture as seen through `display`.
+pub(super) fn encode(film: &Film, display: &Display, out: impl Write, path: &Path) -> Result<(), FilmError> {
+    encode_rgb(&displayed(film, display, path)?, film.width, film.height, out, path)
+}
+
+/// The picture as seen through `display`, row by row from the top. A pixel that isn't finite is an error: it has no colour.
 ///
 /// A light is often many times brighter than white. Its edge would stay jagged if radiance were averaged over the pixel
 /// and tone-mapped then, so light and what lies behind it are tone-mapped apart and mixed by the matte.
-pub(super) fn encode(film: &Film, display: &Display, out: impl Write, path: &Path) -> Result<(), FilmError> {
+pub(super) fn displayed(film: &Film, display: &Display, path: &Path) -> Result<Vec<u8>, FilmError> {
     let mut bytes = Vec::with_capacity(film.width as usize * film.height as usize * 3);
     for (i, radiance) in film.beauty().enumerate() {
         let (x, y) = ((i % film.width as usize) as u32, (i / film.width as usize) as u32);
@@ -29,7 +34,7 @@ pub(super) fn encode(film: &Film, display: &Display, out: impl Write, path: &Pat
         let [m, r] = [matte, rest].map(f64::from);
         bytes.extend(display.quantize(core::array::from_fn(|c| light[c] * m + behind[c] * r), x, y));
     }
-    encode_rgb(&bytes, film.width, film.height, out, path)
+    Ok(bytes)
 }
 
 /// Encodes 8-bit sRGB pixels, row by row from the top.

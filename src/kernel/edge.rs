@@ -2,6 +2,7 @@
 
 use super::map::{CosineMap, PlanePoint};
 use core::f32::consts::PI;
+use glam::{Vec2, Vec3};
 
 /// θ / sin θ for x = cos θ in \[0, 1\]: minimax polynomial, relative error 7e-8 (2.2e-7 as evaluated in f32).
 #[inline(always)]
@@ -31,17 +32,26 @@ pub fn angle_over_sine(x: f32) -> f32 {
 /// Absolute error about 4e-7 where the edge keeps off the origin.
 #[inline(always)]
 pub fn edge_integral<P: PlanePoint>(map: &CosineMap, a: P, b: P) -> f32 {
-    let turn = (b - a).perp_dot(a);
-    let u = (b - a).round();
-    let cross = map.normal * turn + map.w0 * u.x + map.w1 * u.y;
     let (pa, pb) = (map.point(a.round()), map.point(b.round()));
     let inv = 1.0 / (pa.length_squared() * pb.length_squared()).sqrt();
-    let x = (pa.dot(pb) * inv).clamp(-1.0, 1.0);
+    edge_angle(edge_normal(map, (b - a).perp_dot(a), (b - a).round()), pa.dot(pb) * inv, inv)
+}
+
+/// b × a for an edge with (b − a) ⟂ a = `turn` and b − a = `u`.
+#[inline(always)]
+pub fn edge_normal(map: &CosineMap, turn: f32, u: Vec2) -> Vec3 {
+    map.normal * turn + map.w0 * u.x + map.w1 * u.y
+}
+
+/// θ·n_z / |n| for n = b × a, the cosine of the angle θ between a and b, and `inv` = 1/(|a|·|b|).
+#[inline(always)]
+pub fn edge_angle(normal: Vec3, cosine: f32, inv: f32) -> f32 {
+    let x = cosine.clamp(-1.0, 1.0);
     let near = angle_over_sine(x.abs()) * inv;
     if x >= 0.0 {
-        return cross.z * near;
+        return normal.z * near;
     }
-    let length = cross.length();
+    let length = normal.length();
     // The edge runs through the origin: its plane is undefined and so is the integral; half the jump is 0.
-    if length > 0.0 { cross.z * (PI / length - near) } else { 0.0 }
+    if length > 0.0 { normal.z * (PI / length - near) } else { 0.0 }
 }

@@ -5,6 +5,7 @@
 //! planes are in use: z = 0 of cosine space, where the clamped cosine ends, and the true horizon of the
 //! surface, which a tilted lobe dips below.
 
+use super::edge::edge_integral;
 use super::map::{CosineMap, PlanePoint};
 use glam::{Vec2, Vec3};
 
@@ -113,6 +114,16 @@ impl Clip {
             (Side::Cut, Side::Cut) => Some(Self::Two(Horizon::pair(map, lobe, truth))),
         }
     }
+
+    /// The planes that cut it.
+    #[inline]
+    pub fn planes(&self) -> &[Horizon] {
+        match self {
+            Self::None => &[],
+            Self::One(one) => one,
+            Self::Two(two) => two,
+        }
+    }
 }
 
 impl TrueHorizon {
@@ -187,4 +198,36 @@ impl Horizon {
         let corner = if self.range[0] > f32::NEG_INFINITY { self.range[0] } else { self.range[1] };
         self.slope * corner.atan2(self.distance)
     }
+}
+
+/// 2π times the integral along the part of the edge from `a` to `b` (relative to the map's foot) that is above all horizons,
+/// with what its crossings add.
+pub fn cut_edge<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], a: P, b: P) -> f32 {
+    let (zero, one) = (P::Scalar::from(0.0), P::Scalar::from(1.0));
+    let mut sum = 0.0;
+    let (mut from, mut to) = (zero, one);
+    for h in horizons {
+        let (ha, hb) = (h.height.at(a), h.height.at(b));
+        match (ha > zero, hb > zero) {
+            (true, true) => {}
+            (false, false) => to = zero,
+            (start, _) => {
+                let t = ha / (ha - hb);
+                let closing = h.crossing(map.point((a + (b - a) * t).round()));
+                if start {
+                    sum -= closing;
+                    to = if t < to { t } else { to };
+                } else {
+                    sum += closing;
+                    from = if t > from { t } else { from };
+                }
+            }
+        }
+    }
+    if from < to {
+        let start = if from == zero { a } else { a + (b - a) * from };
+        let end = if to == one { b } else { a + (b - a) * to };
+        sum += edge_integral(map, start, end);
+    }
+    sum
 }

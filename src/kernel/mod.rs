@@ -5,10 +5,20 @@
 //! (x, y) of a light's plane goes there by the affine map p = c0·x + c1·y + c2 (Heitz et al. 2016, §3). All
 //! integrals are normalised: a full hemisphere gives 1.
 
+pub mod body;
+pub mod curve;
 pub mod edge;
 pub mod frame;
 pub mod horizon;
 pub mod map;
+pub mod mosaic;
+pub mod pal;
+pub mod picture;
+pub mod polygon;
+pub mod quad;
 pub mod reflect;
+pub mod representative;
+pub mod roots;
+pub mod subdivide;
 pub mod surface;
 pub mod tree;

@@ -6,7 +6,7 @@
 //! its chord exactly. The walk refines a node whose remainder is above the tolerance or which a horizon cuts.
 
 use super::edge::edge_integral;
-use super::horizon::{Clip, Horizon, Side};
+use super::horizon::{Clip, Horizon, Side, cut_edge};
 use super::map::{CosineMap, PlanePoint};
 use bytemuck::{Pod, Zeroable};
 use core::f32::consts::{FRAC_1_PI, TAU};
@@ -95,7 +95,7 @@ pub struct Integral {
 }
 
 /// The expansion point of a region in cosine space.
-struct Expansion {
+pub(super) struct Expansion {
     /// Unit direction of the region's centre.
     dir: Vec3,
     /// 1/|p|.
@@ -108,7 +108,7 @@ struct Expansion {
 
 impl Expansion {
     #[inline(always)]
-    fn new(map: &CosineMap, center: Vec2, half: Vec2) -> Self {
+    pub(super) fn new(map: &CosineMap, center: Vec2, half: Vec2) -> Self {
         let p = map.point(center);
         let inv2 = 1.0 / p.length_squared();
         let inv = inv2.sqrt();
@@ -132,7 +132,7 @@ impl Expansion {
     /// Bound of the second-order expansion's remainder (Gegenbauer: |C_n^(2)| ≤ (n+1)(n+2)(n+3)/6), for a region
     /// above the horizon.
     #[inline(always)]
-    fn remainder(&self, area: f32) -> f32 {
+    pub(super) fn remainder(&self, area: f32) -> f32 {
         self.bound(area, |s| (20.0 * self.dir.z + 10.0) * self.s2 * s)
     }
 
@@ -144,25 +144,47 @@ impl Expansion {
 
     /// Bound of the region's whole integral, wherever the horizon cuts it.
     #[inline(always)]
-    fn magnitude(&self, area: f32) -> f32 {
+    pub(super) fn magnitude(&self, area: f32) -> f32 {
         self.bound(area, |s| (self.dir.z + s).clamp(0.0, 1.0))
     }
 
     /// k·m0 + ∇k·m1 + ½ H:m2.
     #[inline(always)]
     fn region(&self, map: &CosineMap, node: &Node) -> f32 {
+        let Derivatives { value, gradient, curvature } = self.derivatives(map);
+        let [first, second] = [dot(gradient, node.m1), dot(curvature, node.m2)];
+        value * node.m0 + first + second
+    }
+
+    /// The kernel and its derivatives at the centre, times the factors of Taylor's series.
+    #[inline(always)]
+    pub(super) fn derivatives(&self, map: &CosineMap) -> Derivatives {
         let z = self.dir.z;
         let (z0, z1) = (map.c0.z * self.inv, map.c1.z * self.inv);
         let (b0, b1) = (map.c0.dot(self.dir) * self.inv, map.c1.dot(self.dir) * self.inv);
         let inv2 = self.inv * self.inv;
         let [g00, g01, g11] = map.gram;
-        let gradient = (z0 - 4.0 * z * b0) * node.m1[0] + (z1 - 4.0 * z * b1) * node.m1[1];
         let h00 = 6.0 * z * b0 * b0 - 2.0 * z0 * b0 - z * g00 * inv2;
         let h01 = 6.0 * z * b0 * b1 - z0 * b1 - z1 * b0 - z * g01 * inv2;
         let h11 = 6.0 * z * b1 * b1 - 2.0 * z1 * b1 - z * g11 * inv2;
-        let curvature = 2.0 * (h00 * node.m2[0] + h11 * node.m2[2]) + 4.0 * h01 * node.m2[1];
-        self.scale * (z * node.m0 + gradient + curvature)
+        Derivatives {
+            value: self.scale * z,
+            gradient: [z0 - 4.0 * z * b0, z1 - 4.0 * z * b1].map(|d| d * self.scale),
+            curvature: [2.0 * h00, 4.0 * h01, 2.0 * h11].map(|d| d * self.scale),
+        }
     }
+}
+
+/// k, ∇k and the parts of H that go with the moments m0, m1 and m2.
+pub(super) struct Derivatives {
+    pub(super) value: f32,
+    pub(super) gradient: [f32; 2],
+    pub(super) curvature: [f32; 3],
+}
+
+#[inline(always)]
+fn dot<const N: usize>(a: [f32; N], b: [f32; N]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// What the tolerance still allows at one shading point: one budget for all its lights and lobes, so that it is the
@@ -190,7 +212,7 @@ impl Default for Budget {
 impl Budget {
     /// Whether a node with this error bound need not be refined; if so, its bound is spent.
     #[inline(always)]
-    fn accept(&mut self, bound: f32, tolerance: f32) -> bool {
+    pub(super) fn accept(&mut self, bound: f32, tolerance: f32) -> bool {
         if bound <= tolerance * self.share {
             self.spent += bound / tolerance;
             let left = SLACK / (SLACK + self.spent);
@@ -211,11 +233,7 @@ struct Sums {
 /// The clamped-cosine integral of the light over the hemisphere that `clip` leaves, signed: positive in front of
 /// the light (map.depth > 0), negative behind. Nodes whose error bound is within their share of `tolerance` are not refined.
 pub fn tree_integral(map: &CosineMap, clip: &Clip, tree: Nodes<'_>, tolerance: f32, budget: &mut Budget) -> Integral {
-    let horizons: &[Horizon] = match clip {
-        Clip::None => &[],
-        Clip::One(one) => one,
-        Clip::Two(two) => two,
-    };
+    let horizons = clip.planes();
     if map.is_close() {
         walk::<DVec2>(map, horizons, tree, tolerance, budget)
     } else {
@@ -225,7 +243,7 @@ pub fn tree_integral(map: &CosineMap, clip: &Clip, tree: Nodes<'_>, tolerance: f
 
 /// Where a box lies with respect to all horizons.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Place {
+pub(super) enum Place {
     Above,
     Cut,
     /// Wholly below the horizon of that index.
@@ -233,7 +251,7 @@ enum Place {
 }
 
 #[inline(always)]
-fn place(horizons: &[Horizon], center: Vec2, half: Vec2) -> Place {
+pub(super) fn place(horizons: &[Horizon], center: Vec2, half: Vec2) -> Place {
     let mut place = Place::Above;
     for (i, h) in horizons.iter().enumerate() {
         match h.height.side(center, half) {
@@ -313,37 +331,6 @@ fn far_crossing<P: PlanePoint>(other: &Horizon, a: P, b: P) -> f32 {
         (true, false) => -other.far_crossing(),
         _ => 0.0,
     }
-}
-
-/// The edge's part above all horizons, with the closing terms of its crossings.
-fn cut_edge<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], a: P, b: P) -> f32 {
-    let (zero, one) = (P::Scalar::from(0.0), P::Scalar::from(1.0));
-    let mut sum = 0.0;
-    let (mut from, mut to) = (zero, one);
-    for h in horizons {
-        let (ha, hb) = (h.height.at(a), h.height.at(b));
-        match (ha > zero, hb > zero) {
-            (true, true) => {}
-            (false, false) => to = zero,
-            (start, _) => {
-                let t = ha / (ha - hb);
-                let closing = h.crossing(map.point((a + (b - a) * t).round()));
-                if start {
-                    sum -= closing;
-                    to = if t < to { t } else { to };
-                } else {
-                    sum += closing;
-                    from = if t > from { t } else { from };
-                }
-            }
-        }
-    }
-    if from < to {
-        let start = if from == zero { a } else { a + (b - a) * from };
-        let end = if to == one { b } else { a + (b - a) * to };
-        sum += edge_integral(map, start, end);
-    }
-    sum
 }
 
 /// Integrates a cubic by halving it where the bound asks for it: chord plus the sliver's area times the kernel

@@ -1,10 +1,16 @@
 //! [`AreaLight`]: shapes with emission, placed in the world.
 
+pub mod curves;
+pub mod distance;
+pub mod mask;
+pub mod mosaic;
 pub mod picture;
+pub mod prefilter;
+pub mod simple;
 pub mod tree;
 
 use crate::shape::{Bounds, Shape};
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, DVec4};
 use picture::Picture;
 use std::sync::Arc;
 
@@ -28,6 +34,13 @@ impl Placement {
         let r = rotation_degrees * (core::f64::consts::PI / 180.0);
         let m = DMat3::from_rotation_z(r.z) * DMat3::from_rotation_y(r.y) * DMat3::from_rotation_x(r.x);
         Self { origin: position, x: m.x_axis * scale.x, y: m.y_axis * scale.y }
+    }
+
+    /// The light-space point below which a world point lies: across `x` and `y`, whatever its distance from the plane.
+    pub fn light_point(&self, p: DVec3) -> DVec2 {
+        let normal = self.normal();
+        let (p, area) = (p - self.origin, normal.length_squared());
+        DVec2::new(p.cross(self.y).dot(normal), self.x.cross(p).dot(normal)) / area
     }
 
     /// The world point of a light-space point.
@@ -69,6 +82,13 @@ pub struct Layer {
     pub opacity: f64,
     /// Colours the radiance is multiplied by, from place to place.
     pub picture: Option<Arc<Picture>>,
+}
+
+impl Layer {
+    /// Mean colour of its picture over the shape, linear, multiplied by alpha (w); white without a picture.
+    pub fn mean_color(&self) -> DVec4 {
+        self.picture.as_ref().map_or(DVec4::ONE, |picture| picture.mean_over(&self.shape).as_dvec4())
+    }
 }
 
 /// What a light is as a body. The layers of all but an outline are one: the body's face.

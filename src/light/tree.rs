@@ -44,7 +44,11 @@ pub enum TreeError {
 impl Tree {
     /// Builds the tree of `shape`. Contours are taken as they are: oriented, each contributing its signed area.
     pub fn new(shape: &Shape) -> Result<Self, TreeError> {
-        let Square { center, half } = Square::around(shape.bounds()).ok_or(TreeError::NoArea)?;
+        Self::within(Square::around(shape.bounds()).ok_or(TreeError::NoArea)?, shape)
+    }
+
+    /// Builds the tree of a shape inside a square larger than its own.
+    pub fn within(Square { center, half }: Square, shape: &Shape) -> Result<Self, TreeError> {
         let to_tree = |p: DVec2| (p - center) / half;
         let mut contours = Vec::new();
         for contour in shape.contours() {

@@ -1,6 +1,7 @@
 //! Painter's order: paints laid over each other become layers that do not overlap, whose light adds up.
 
 use super::overlap::{self, OverlapError};
+use super::paint::Paint;
 use crate::shape::{Bounds, Shape};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -10,6 +11,8 @@ use std::sync::Arc;
 pub const MAX_OPERATIONS: usize = 100_000;
 /// Most pieces the regions of one drawing may fall into.
 pub const MAX_PIECES: usize = 50_000;
+/// Most steps in which the colour of one piece is worked out: about two for each translucent gradient or picture.
+pub const MAX_STEPS: usize = 128;
 
 /// Why paints could not be laid over each other.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -40,37 +43,25 @@ pub enum LayerError {
         /// The limit.
         limit: usize,
     },
+    /// More colours, gradients and pictures over each other than [`MAX_STEPS`] allows.
+    #[error(
+        "{element}: translucent gradients and pictures over each other take {count} steps, more than the limit of {limit}"
+    )]
+    TooManySteps {
+        /// The element at which the limit was passed.
+        element: String,
+        /// Steps so far.
+        count: usize,
+        /// The limit.
+        limit: usize,
+    },
 }
 
-/// A colour with coverage: linear Rec.709 premultiplied by `alpha`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Premultiplied {
-    pub(super) color: [f64; 3],
-    pub(super) alpha: f64,
-}
-
-impl Premultiplied {
-    pub(super) fn scaled(self, by: f64) -> Self {
-        Self { color: self.color.map(|c| c * by), alpha: self.alpha * by }
-    }
-
-    /// This colour over `below` (Porter and Duff 1984).
-    fn over(self, below: Self) -> Self {
-        let rest = below.scaled(1.0 - self.alpha);
-        let color = std::array::from_fn(|i| self.color[i] + rest.color[i]);
-        Self { color, alpha: self.alpha + rest.alpha }
-    }
-
-    fn is_opaque(self) -> bool {
-        self.alpha >= 1.0 - 1e-9
-    }
-}
-
-/// A region of one colour.
+/// A region of one paint.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
     pub(super) shape: Arc<Shape>,
-    pub(super) paint: Premultiplied,
+    pub(super) paint: Paint,
     pub(super) element: String,
     bounds: Bounds,
     /// What later paints hide of `shape`, taken off all at once by [`Piece::settle`].
@@ -102,15 +93,20 @@ pub(super) struct Canvas {
 }
 
 impl Canvas {
-    /// Lays `shape` in one colour over what is there.
-    pub(super) fn paint(&mut self, shape: Shape, paint: Premultiplied, element: &str) -> Result<(), LayerError> {
-        if shape.is_empty() || paint.alpha <= 0.0 {
+    /// Lays `shape` in one paint over what is there.
+    pub(super) fn paint(&mut self, shape: Shape, paint: &Paint, element: &str) -> Result<(), LayerError> {
+        if shape.is_empty() || paint.is_invisible() {
             return Ok(());
         }
         let bounds = shape.bounds();
         let shape = Arc::new(shape);
-        let mut top =
-            Piece { shape: Arc::clone(&shape), paint, element: element.to_owned(), bounds, covers: Vec::new() };
+        let mut top = Piece {
+            shape: Arc::clone(&shape),
+            paint: paint.clone(),
+            element: element.to_owned(),
+            bounds,
+            covers: Vec::new(),
+        };
         let under: Vec<_> = (0..self.pieces.len()).filter(|&i| self.pieces[i].bounds.overlaps(bounds)).collect();
         for i in under {
             if !paint.is_opaque() {
@@ -122,10 +118,15 @@ impl Canvas {
                     continue;
                 }
                 top.covers.push(Arc::clone(&piece.shape));
+                let mixed = paint.over(&piece.paint);
+                if mixed.steps() > MAX_STEPS {
+                    let (element, count) = (element.to_owned(), mixed.steps());
+                    return Err(LayerError::TooManySteps { element, count, limit: MAX_STEPS });
+                }
                 self.pieces.push(Piece {
                     bounds: shared.bounds(),
                     shape: Arc::new(shared),
-                    paint: paint.over(piece.paint),
+                    paint: mixed,
                     element: element.to_owned(),
                     covers: Vec::new(),
                 });
@@ -148,7 +149,7 @@ impl Canvas {
                 Some(clip) => self.operate(&piece.element, || overlap::intersection(&piece.shape, clip))?,
                 None => Shape::clone(&piece.shape),
             };
-            self.paint(shape, piece.paint.scaled(opacity), &piece.element)?;
+            self.paint(shape, &piece.paint.scaled(opacity), &piece.element)?;
         }
         Ok(())
     }
@@ -164,13 +165,12 @@ impl Canvas {
         Ok(self.pieces)
     }
 
-    /// The pieces, those of equal colour joined into one, in the order in which their colours first appear.
+    /// The pieces, those of equal paint joined into one, in the order in which their paints first appear.
     pub(super) fn into_merged_pieces(self) -> Result<Vec<Piece>, LayerError> {
         let mut merged: Vec<Vec<Piece>> = Vec::new();
-        let mut place: HashMap<[u64; 4], usize> = HashMap::new();
+        let mut place: HashMap<Vec<u64>, usize> = HashMap::new();
         for piece in self.into_pieces()? {
-            let [r, g, b] = piece.paint.color.map(f64::to_bits);
-            let k = *place.entry([r, g, b, piece.paint.alpha.to_bits()]).or_insert(merged.len());
+            let k = *place.entry(piece.paint.key()).or_insert(merged.len());
             if k == merged.len() {
                 merged.push(Vec::new());
             }
@@ -198,7 +198,7 @@ impl Canvas {
     }
 }
 
-/// Disjoint pieces of one colour as one; where they may touch, the seams between them go.
+/// Disjoint pieces of one paint as one; where they may touch, the seams between them go.
 fn join(pieces: Vec<Piece>) -> Result<Piece, LayerError> {
     let touching = pieces.iter().enumerate().any(|(i, p)| pieces[..i].iter().any(|q| q.bounds.overlaps(p.bounds)));
     let mut names: Vec<&str> = Vec::new();
@@ -219,11 +219,12 @@ fn join(pieces: Vec<Piece>) -> Result<Piece, LayerError> {
             .map_err(|source| LayerError::Overlap { element: element.clone(), source })?;
     }
     let bounds = shape.bounds();
-    Ok(Piece { shape: Arc::new(shape), paint: pieces[0].paint, element, bounds, covers: Vec::new() })
+    Ok(Piece { shape: Arc::new(shape), paint: pieces[0].paint.clone(), element, bounds, covers: Vec::new() })
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::paint::Premultiplied;
     use super::*;
     use glam::DVec2;
 
@@ -231,22 +232,23 @@ mod tests {
         Shape::rectangle(DVec2::new(x, 0.0), DVec2::new(x + 2.0, 2.0))
     }
 
-    fn gray(value: f64, alpha: f64) -> Premultiplied {
-        Premultiplied { color: [value * alpha; 3], alpha }
+    fn gray(value: f64, alpha: f64) -> Paint {
+        Paint::flat(Premultiplied { color: [value * alpha; 3], alpha })
     }
 
     /// Premultiplied colour and coverage at a point: the sum over the pieces.
     fn at(pieces: &[Piece], x: f64) -> (f64, f64) {
         let hit = |p: &&Piece| p.shape.winding(DVec2::new(x, 1.0)) == 1;
-        pieces.iter().filter(hit).fold((0.0, 0.0), |(c, a), p| (c + p.paint.color[0], a + p.paint.alpha))
+        let paints = pieces.iter().filter(hit).map(|p| p.paint.as_flat().expect("one colour"));
+        paints.fold((0.0, 0.0), |(c, a), p| (c + p.color[0], a + p.alpha))
     }
 
     #[test]
     fn opaque_hides_and_translucent_mixes() {
         let mut canvas = Canvas::default();
-        canvas.paint(square(0.0), gray(0.8, 1.0), "a").unwrap();
-        canvas.paint(square(1.0), gray(0.4, 0.5), "b").unwrap();
-        canvas.paint(square(2.5), gray(0.2, 1.0), "c").unwrap();
+        canvas.paint(square(0.0), &gray(0.8, 1.0), "a").unwrap();
+        canvas.paint(square(1.0), &gray(0.4, 0.5), "b").unwrap();
+        canvas.paint(square(2.5), &gray(0.2, 1.0), "c").unwrap();
         let pieces = canvas.into_pieces().unwrap();
         assert_eq!(pieces.len(), 4);
         for (x, color, alpha) in [(0.5, 0.8, 1.0), (1.5, 0.6, 1.0), (2.2, 0.2, 0.5), (2.7, 0.2, 1.0), (9.0, 0.0, 0.0)] {
@@ -258,8 +260,8 @@ mod tests {
     #[test]
     fn a_group_is_mixed_as_a_whole() {
         let mut group = Canvas::default();
-        group.paint(square(0.0), gray(1.0, 1.0), "a").unwrap();
-        group.paint(square(1.0), gray(0.5, 1.0), "b").unwrap();
+        group.paint(square(0.0), &gray(1.0, 1.0), "a").unwrap();
+        group.paint(square(1.0), &gray(0.5, 1.0), "b").unwrap();
         let mut canvas = Canvas::default();
         canvas.paint_group(group, 0.5, Some(&square(0.5))).unwrap();
         let pieces = canvas.into_pieces().unwrap();
@@ -272,7 +274,7 @@ mod tests {
     fn equal_colours_become_one_piece_without_seams() {
         let mut canvas = Canvas::default();
         for (x, v) in [(0.0, 0.5), (9.0, 0.7), (1.0, 0.5), (3.0, 0.5)] {
-            canvas.paint(square(x), gray(v, 1.0), "tile").unwrap();
+            canvas.paint(square(x), &gray(v, 1.0), "tile").unwrap();
         }
         let pieces = canvas.into_merged_pieces().unwrap();
         assert_eq!(pieces.len(), 2);

@@ -9,12 +9,14 @@ use super::layers::LayerError;
 use super::path::PathError;
 use super::walk;
 use super::{OutlineError, Warning};
+use crate::light::Layer;
+use crate::light::picture::Picture;
 use crate::shape::Shape;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Most layers (colours) a drawing may come to.
+/// Most layers (colours, gradients, images) a drawing may come to.
 pub const MAX_LAYERS: usize = 4096;
 /// Most curves all layers together may hold.
 pub const MAX_CURVES: usize = 500_000;
@@ -59,7 +61,7 @@ impl Default for SvgOptions {
 /// A drawing as light: layers that do not overlap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Art {
-    /// One for each colour, in the order in which colours first appear.
+    /// One for each colour and each gradient or image, in the order in which they first appear.
     pub layers: Vec<ArtLayer>,
     /// Width and height of the picture, metres. It is centred on the origin.
     pub size: DVec2,
@@ -67,17 +69,37 @@ pub struct Art {
     pub warnings: Vec<Warning>,
 }
 
-/// What shines in one colour.
+/// What shines in one colour, gradient or image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArtLayer {
     /// The region; no other layer overlaps it.
     pub shape: Shape,
-    /// Linear Rec.709, multiplied by `opacity`.
+    /// Linear Rec.709, multiplied by `opacity`; of a picture the mean over the region.
     pub color: [f64; 3],
-    /// How much of what lies behind is hidden, 0 to 1.
+    /// How much of what lies behind is hidden, 0 to 1; of a picture the mean over the region.
     pub opacity: f64,
+    /// The colours from place to place, if they are not one; what lay below translucent paint is mixed in.
+    ///
+    /// Gradients of random stops are within 1e-4 of their definition in the mean, 2.5e-2 at the corners of the stops (white is 1); where
+    /// colours jump, a texel shows both sides. An upright image has its own pixels for texels, up to 2048 along a side.
+    pub picture: Option<Arc<Picture>>,
     /// The elements it comes from, for messages.
     pub element: String,
+}
+
+impl ArtLayer {
+    /// The layer as a light of radiance 1 in white; without its own colours it is white, at its (mean) opacity.
+    pub fn into_light(self, own_colors: bool) -> Layer {
+        let Self { shape, color, opacity, picture, .. } = self;
+        match picture.filter(|_| own_colors) {
+            Some(picture) => Layer { shape, radiance: DVec3::ONE, opacity: 1.0, picture: Some(picture) },
+            // The colours are multiplied by the opacity already.
+            None => {
+                let radiance = if own_colors { DVec3::from_array(color) } else { DVec3::splat(opacity) };
+                Layer { shape, radiance, opacity, picture: None }
+            }
+        }
+    }
 }
 
 /// Why an SVG file gave no light.
@@ -219,13 +241,13 @@ fn read(bytes: &[u8], options: &SvgOptions) -> Result<Art, SvgError> {
     }
     let text = document::scan(bytes)?.to_owned();
     let settings = options.clone();
-    let (tree, findings) = run("reading", READ_SECONDS, move || {
+    let (drawing, findings) = run("reading", READ_SECONDS, move || {
         let mut findings = document::inspect(&text)?;
-        let tree = walk::parse(&text, &settings, &mut findings)?;
-        Ok((tree, findings))
+        let drawing = walk::parse(&text, &settings, &mut findings)?;
+        Ok((drawing, findings))
     })?;
     let size = options.size;
-    let mut art = run("drawing", DRAW_SECONDS, move || walk::draw(&tree, size, findings))?;
+    let mut art = run("drawing", DRAW_SECONDS, move || walk::draw(&drawing, size, findings))?;
     if art.layers.is_empty() {
         return Err(SvgError::NothingVisible);
     }

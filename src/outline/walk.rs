@@ -1,25 +1,47 @@
-//! From usvg's tree to layers: fills, strokes, groups, clip paths, and the mean colours of what is not one colour.
-//! The only file that names usvg.
+//! From usvg's tree to layers: fills, strokes, groups, clip paths; `walk/servers.rs` has gradients, patterns and pictures.
+//! These two are the only files that name usvg.
+
+mod servers;
 
 use super::document::Findings;
-use super::layers::{Canvas, LayerError, Premultiplied};
+use super::layers::{Canvas, LayerError, Piece};
 use super::overlap::{self, OverlapError};
+use super::paint::{Field, Grid};
 use super::svg::{Art, ArtLayer, SvgError, SvgOptions};
 use super::{FillRule, Warning, embedded, stroke};
-use crate::color::srgb_decode;
+use crate::light::picture::Picture;
 use crate::shape::Shape;
-use glam::DVec2;
+use glam::{DVec2, Vec4};
 use kurbo::{Affine, BezPath, Cap, Join};
+use rayon::prelude::*;
+use servers::Server;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 use usvg::tiny_skia_path::PathSegment;
-use usvg::{Fill, Group, ImageHrefResolver, ImageKind, Node, Paint, PaintOrder, Path, Stop, Text, Tree, fontdb};
+use usvg::{
+    Fill, Group, Image, ImageHrefResolver, ImageKind, ImageRendering, Node, PaintOrder, Path, Text, Tree, fontdb,
+};
 
 /// Most dashes one stroke may fall into.
 const MAX_DASHES: usize = 50_000;
+/// Most texels that the embedded pictures of one drawing may keep.
+const MAX_EMBEDDED: usize = 1 << 25;
+/// Most texels that the layers of one drawing may have; beyond, all get fewer.
+const MAX_TEXELS: u64 = 1 << 24;
+/// Difference of colours, linear, below which a picture is of one colour.
+const ONE_COLOR: f32 = 1e-6;
+
+/// The pictures embedded in a drawing, by the bytes of their files.
+type Images = HashMap<Arc<Vec<u8>>, Arc<Picture>>;
+
+/// A drawing as usvg reads it.
+pub(super) struct Drawing {
+    tree: Tree,
+    images: Images,
+}
 
 /// Reads the text with the given fonts and nothing else; adds to `findings` what fonts and pictures lack.
-pub(super) fn parse(text: &str, options: &SvgOptions, findings: &mut Findings) -> Result<Tree, SvgError> {
+pub(super) fn parse(text: &str, options: &SvgOptions, findings: &mut Findings) -> Result<Drawing, SvgError> {
     let mut fonts = fontdb::Database::new();
     for font in &options.fonts {
         fonts.load_font_source(fontdb::Source::Binary(Arc::clone(font)));
@@ -49,15 +71,20 @@ pub(super) fn parse(text: &str, options: &SvgOptions, findings: &mut Findings) -
             noted.push(Warning { element: element.to_owned(), message });
         }
     };
+    let images = Mutex::new(Ok(Images::new()));
     let select = usvg::FontResolver::default_font_selector();
     let usvg_options = usvg::Options {
         font_family: default.clone(),
         fontdb: Arc::new(fonts),
         image_href_resolver: ImageHrefResolver {
             resolve_data: Box::new(|mime, data, _| {
-                if let Err(reason) = embedded::mean_color(&data) {
-                    note("embedded image", format!("cannot be decoded: {reason}: left out"));
-                    return None;
+                let mut images = images.lock().unwrap_or_else(PoisonError::into_inner);
+                match keep(&mut images, &data) {
+                    Ok(()) => {}
+                    Err(reason) => {
+                        note("embedded image", format!("cannot be decoded: {reason}: left out"));
+                        return None;
+                    }
                 }
                 match mime {
                     "image/png" => Some(ImageKind::PNG(data)),
@@ -91,11 +118,30 @@ pub(super) fn parse(text: &str, options: &SvgOptions, findings: &mut Findings) -
     let tree = Tree::from_str(text, &usvg_options).map_err(|e| SvgError::Syntax { reason: e.to_string() })?;
     drop(usvg_options);
     findings.warnings.extend(noted.into_inner().unwrap_or_default());
-    Ok(tree)
+    let images = images.into_inner().unwrap_or_else(PoisonError::into_inner)?;
+    Ok(Drawing { tree, images })
+}
+
+/// Decodes an embedded picture and puts it with the others; an error that is the drawing's takes the place of them all.
+fn keep(images: &mut Result<Images, SvgError>, data: &Arc<Vec<u8>>) -> Result<(), String> {
+    let Ok(known) = images else { return Ok(()) };
+    if known.contains_key(data) {
+        return Ok(());
+    }
+    let picture = embedded::decode(data)?;
+    let count = known.values().map(|p| p.texels.len()).sum::<usize>() + picture.texels.len();
+    if count > MAX_EMBEDDED {
+        let what = "texels of embedded images";
+        *images = Err(SvgError::TooMany { element: "drawing".to_owned(), what, count, limit: MAX_EMBEDDED });
+        return Ok(());
+    }
+    known.insert(Arc::clone(data), Arc::new(picture));
+    Ok(())
 }
 
 /// Draws the tree with its longer side `size` metres long.
-pub(super) fn draw(tree: &Tree, size: f64, findings: Findings) -> Result<Art, SvgError> {
+pub(super) fn draw(drawing: &Drawing, size: f64, findings: Findings) -> Result<Art, SvgError> {
+    let tree = &drawing.tree;
     let (width, height) = (f64::from(tree.size().width()), f64::from(tree.size().height()));
     let scale = size / width.max(height);
     let at = Affine::scale_non_uniform(scale, -scale) * Affine::translate((-0.5 * width, -0.5 * height));
@@ -103,34 +149,64 @@ pub(super) fn draw(tree: &Tree, size: f64, findings: Findings) -> Result<Art, Sv
     let mut walk = Walk {
         labels: findings.labels,
         warnings: findings.warnings,
+        images: &drawing.images,
         patterns: HashMap::new(),
+        fields: HashMap::new(),
         frame: Shape::rectangle(-half, half),
         paths: 0,
     };
     let mut canvas = Canvas::default();
     walk.group(tree.root(), at, &mut canvas)?;
-    let layers = canvas.into_merged_pieces()?.into_iter().map(|piece| ArtLayer {
-        shape: Shape::clone(&piece.shape),
-        color: piece.paint.color,
-        opacity: piece.paint.alpha,
-        element: piece.element,
-    });
-    Ok(Art { layers: layers.collect(), size: 2.0 * half, warnings: walk.warnings })
+    let pieces = canvas.into_merged_pieces()?;
+    let grid = |piece: &Piece| piece.paint.as_flat().is_none().then(|| piece.paint.grid(piece.shape.bounds()));
+    let mut grids: Vec<Option<Grid>> = pieces.iter().map(grid).collect();
+    let texels: u64 = grids.iter().flatten().map(Grid::texels).sum();
+    if texels > MAX_TEXELS {
+        let part = (MAX_TEXELS as f64 / texels as f64).sqrt();
+        grids.iter_mut().for_each(|grid| *grid = grid.map(|g| g.coarser(part)));
+        let message =
+            format!("its gradients and images take {texels} texels, more than the limit of {MAX_TEXELS}: coarser");
+        walk.warn("drawing", message);
+    }
+    let layers: Vec<_> = pieces.into_par_iter().zip(grids).filter_map(|(piece, grid)| layer(piece, grid)).collect();
+    Ok(Art { layers, size: 2.0 * half, warnings: walk.warnings })
 }
 
-struct Walk {
+/// The layer of a piece; `None` if all of it is transparent.
+fn layer(piece: Piece, grid: Option<Grid>) -> Option<ArtLayer> {
+    let shape = Arc::unwrap_or_clone(piece.shape);
+    let flat = piece.paint.as_flat();
+    let picture = grid.map(|grid| piece.paint.picture(&grid));
+    let (color, picture) = match (flat, picture) {
+        (None, Some(picture)) => {
+            let off = |texel: &Vec4| (*texel - picture.texels[0]).abs().max_element() > ONE_COLOR;
+            let mean = picture.mean_over(&shape).as_dvec4().into();
+            (mean, picture.texels.iter().any(off).then(|| Arc::new(picture)))
+        }
+        (Some(color), _) => (color, None),
+        (None, None) => return None,
+    };
+    let shown = color.alpha > 0.0;
+    shown.then_some(ArtLayer { shape, color: color.color, opacity: color.alpha, picture, element: piece.element })
+}
+
+struct Walk<'d> {
     /// What messages call the elements that have an id.
     labels: HashMap<String, String>,
     warnings: Vec<Warning>,
-    /// Mean colours of the patterns met so far.
-    patterns: HashMap<String, Premultiplied>,
+    /// The pictures embedded in the drawing.
+    images: &'d Images,
+    /// What the tiles of the patterns met so far hold.
+    patterns: HashMap<String, Arc<Vec<Piece>>>,
+    /// Gradients and pictures met so far, by address and place.
+    fields: HashMap<(usize, [u64; 6]), Option<Arc<Field>>>,
     /// What of the plane is seen.
     frame: Shape,
     /// Paths met so far, by which those without an id are called.
     paths: usize,
 }
 
-impl Walk {
+impl Walk<'_> {
     fn label(&self, id: &str) -> String {
         match self.labels.get(id) {
             Some(label) => label.clone(),
@@ -191,19 +267,7 @@ impl Walk {
                 Node::Image(image) if image.is_visible() => {
                     self.paths += 1;
                     let element = self.label(group.id());
-                    self.warn(&element, "takes the mean colour of its pixels");
-                    let mean = match image.kind() {
-                        ImageKind::PNG(data) | ImageKind::JPEG(data) => embedded::mean_color(data),
-                        _ => Err("it is neither PNG nor JPEG".to_owned()),
-                    };
-                    match mean {
-                        Ok(mean) => {
-                            let (w, h) = (f64::from(image.size().width()), f64::from(image.size().height()));
-                            let outline = kurbo::Shape::to_path(&kurbo::Rect::new(0.0, 0.0, w, h), 0.0);
-                            self.paint(&outline, at, FillRule::NonZero, mean, &element, canvas)?;
-                        }
-                        Err(reason) => self.warn(&element, format!("left out: {reason}")),
-                    }
+                    self.image(image, at, &element, canvas)?;
                 }
                 Node::Image(_) => {}
             }
@@ -222,14 +286,35 @@ impl Walk {
             [path.paint_order() == PaintOrder::StrokeAndFill, path.paint_order() == PaintOrder::FillAndStroke]
         {
             if let (false, Some(fill)) = (stroked, path.fill()) {
-                let color = self.mean(fill.paint(), &element)?.scaled(f64::from(fill.opacity().get()));
-                self.paint(&outline, at, fill_rule(fill), color, &element, canvas)?;
+                let region = self.region(&outline, at, fill_rule(fill), &element)?;
+                self.paint(region, at, fill.paint(), f64::from(fill.opacity().get()), &element, canvas)?;
             }
             if let (true, Some(stroke)) = (stroked, path.stroke()) {
-                let color = self.mean(stroke.paint(), &element)?.scaled(f64::from(stroke.opacity().get()));
                 let outline = self.stroke_outline(&outline, stroke, &element)?;
-                self.paint(&outline, at, FillRule::NonZero, color, &element, canvas)?;
+                let region = self.region(&outline, at, FillRule::NonZero, &element)?;
+                self.paint(region, at, stroke.paint(), f64::from(stroke.opacity().get()), &element, canvas)?;
             }
+        }
+        Ok(())
+    }
+
+    fn image(&mut self, image: &Image, at: Affine, element: &str, canvas: &mut Canvas) -> Result<(), SvgError> {
+        if matches!(
+            image.rendering_mode(),
+            ImageRendering::OptimizeSpeed | ImageRendering::CrispEdges | ImageRendering::Pixelated
+        ) {
+            self.warn(element, "its pixels are drawn smooth");
+        }
+        match self.picture(image, at) {
+            Ok(Some(paint)) => {
+                let (w, h) = (f64::from(image.size().width()), f64::from(image.size().height()));
+                let outline = kurbo::Shape::to_path(&kurbo::Rect::new(0.0, 0.0, w, h), 0.0);
+                let region = self.region(&outline, at, FillRule::NonZero, element)?;
+                canvas.paint(region, &paint, element)?;
+            }
+            // Flattened to a line, it covers nothing.
+            Ok(None) => {}
+            Err(reason) => self.warn(element, format!("left out: {reason}")),
         }
         Ok(())
     }
@@ -272,58 +357,35 @@ impl Walk {
         self.group(text.flattened(), at, canvas)
     }
 
-    /// Fills an outline in one colour, cut to the frame.
-    fn paint(
-        &mut self,
-        outline: &BezPath,
-        at: Affine,
-        rule: FillRule,
-        color: Premultiplied,
-        element: &str,
-        canvas: &mut Canvas,
-    ) -> Result<(), SvgError> {
+    /// What an outline encloses, cut to the frame.
+    fn region(&self, outline: &BezPath, at: Affine, rule: FillRule, element: &str) -> Result<Shape, SvgError> {
         let fault = |source| LayerError::Overlap { element: element.to_owned(), source };
         let mut shape = overlap::resolve(&(at * outline.clone()), rule).map_err(fault)?;
         let (bounds, frame) = (shape.bounds(), self.frame.bounds());
         if !shape.is_empty() && bounds.union(frame) != frame {
             shape = overlap::intersection(&shape, &self.frame).map_err(fault)?;
         }
-        Ok(canvas.paint(shape, color, element)?)
+        Ok(shape)
     }
 
-    /// One colour for a paint; a warning if it is not of one colour.
-    fn mean(&mut self, paint: &Paint, element: &str) -> Result<Premultiplied, SvgError> {
-        let (kind, id, mean) = match paint {
-            Paint::Color(c) => return Ok(premultiplied(*c, 1.0)),
-            Paint::LinearGradient(g) => ("gradient", g.id(), mean_of_stops(g.stops())),
-            Paint::RadialGradient(g) => ("gradient", g.id(), mean_of_stops(g.stops())),
-            Paint::Pattern(p) => ("pattern", p.id(), self.mean_of_pattern(p)?),
-        };
-        self.warn(element, format!("its {kind} \"{id}\" becomes its mean colour"));
-        Ok(mean)
-    }
-
-    fn mean_of_pattern(&mut self, pattern: &usvg::Pattern) -> Result<Premultiplied, SvgError> {
-        if let Some(&known) = self.patterns.get(pattern.id()) {
-            return Ok(known);
+    /// Fills a region of light space with a paint given in the space that `at` maps to it.
+    fn paint(
+        &mut self,
+        region: Shape,
+        at: Affine,
+        paint: &usvg::Paint,
+        opacity: f64,
+        element: &str,
+        canvas: &mut Canvas,
+    ) -> Result<(), SvgError> {
+        if region.is_empty() {
+            return Ok(());
         }
-        let rect = pattern.rect();
-        // The content is given in the space of the tile, whose corner is its origin.
-        let tile = Shape::rectangle(DVec2::ZERO, DVec2::new(f64::from(rect.width()), f64::from(rect.height())));
-        let whole = tile.area();
-        let frame = std::mem::replace(&mut self.frame, tile);
-        let mut canvas = Canvas::default();
-        let drawn = self.children(pattern.root(), Affine::IDENTITY, &mut canvas);
-        self.frame = frame;
-        drawn?;
-        let mut mean = Premultiplied { color: [0.0; 3], alpha: 0.0 };
-        for piece in canvas.into_pieces()? {
-            let part = piece.paint.scaled(piece.shape.area() / whole);
-            mean.color = std::array::from_fn(|i| mean.color[i] + part.color[i]);
-            mean.alpha += part.alpha;
+        match self.server(paint, at, element) {
+            Server::Paint(paint) => Ok(canvas.paint(region, &paint.scaled(opacity), element)?),
+            Server::Pattern(pattern) => self.tile(pattern, at, opacity, region, element, canvas),
+            Server::Nothing => Ok(()),
         }
-        self.patterns.insert(pattern.id().to_owned(), mean);
-        Ok(mean)
     }
 }
 
@@ -383,33 +445,4 @@ fn bez_path(path: &Path) -> BezPath {
         }
     }
     outline
-}
-
-fn premultiplied(color: usvg::Color, alpha: f64) -> Premultiplied {
-    let color = [color.red, color.green, color.blue].map(|v| alpha * srgb_decode(f64::from(v) / 255.0));
-    Premultiplied { color, alpha }
-}
-
-/// Mean over the offsets 0 to 1 of a gradient, which interpolates in sRGB without premultiplying; averaged in linear.
-fn mean_of_stops(stops: &[Stop]) -> Premultiplied {
-    const SAMPLES: u32 = 1024;
-    let value = |s: &Stop| {
-        let c = s.color();
-        [c.red, c.green, c.blue].map(|v| f64::from(v) / 255.0).into_iter().chain([f64::from(s.opacity().get())])
-    };
-    let mut sum = Premultiplied { color: [0.0; 3], alpha: 0.0 };
-    for k in 0..SAMPLES {
-        let t = (f64::from(k) + 0.5) / f64::from(SAMPLES);
-        let offset = |s: &Stop| f64::from(s.offset().get());
-        let before = stops.iter().rev().find(|s| offset(s) <= t).or(stops.first());
-        let after = stops.iter().find(|s| offset(s) > t).or(stops.last());
-        let (Some(a), Some(b)) = (before, after) else { continue };
-        let span = offset(b) - offset(a);
-        let part = if span > 0.0 { (t - offset(a)) / span } else { 0.0 };
-        let mixed: Vec<f64> = value(a).zip(value(b)).map(|(a, b)| a + (b - a) * part).collect();
-        let weight = mixed[3] / f64::from(SAMPLES);
-        sum.color = std::array::from_fn(|i| sum.color[i] + weight * srgb_decode(mixed[i]));
-        sum.alpha += weight;
-    }
-    sum
 }

@@ -51,17 +51,28 @@
 //! - `text`: with `font` (a bundled family, a font file by its ending, or a list of them: each character takes the
 //!   first that has it), `size` (height of the em, metres, 1), `align` = `"left"`, `"center"` or `"right"` (which edge of the
 //!   lines is at x = 0), `letter_spacing` and `line_height` (em), `axes` = `{ wght = 700 }`, `direction` = `"auto"`, `"ltr"` or `"rtl"`.
-//!   The first baseline is y = 0.
+//!   The first baseline is y = 0;
+//! - `shape`, about the light's origin: `"disc"` or `"sphere"` with `radius`, `"ellipse"` or `"rectangle"` with `size` = `[width,
+//!   height]` (or one number for both), `"tube"` with `radius` and `length` (along the light's x axis; its flat caps shine as well).
+//!   Spheres and tubes shine all round: `scale` must not stretch them, `two_sided` has no effect on them, `power` is that of
+//!   their whole surface.
 //!
-//! and as strongly as one of
+//! Any of them may have a `picture`, a PNG or JPEG, whose colours (sRGB, with alpha) multiply the radiance from place to place. It
+//! is stretched over the smallest box around the light's parts. An SVG may have one if `svg_colors` is false.
+//!
+//! A light shines as strongly as one of
 //! - `radiance`, W·sr⁻¹·m⁻², one number or one per channel (1);
 //! - `power`, W, with `color` (white): the flux of the whole light, both sides together if it is two-sided. Each channel's flux is
-//!   π · area · radiance, summed over the parts of the light; `power` is the mean of the three;
+//!   π · area · radiance, summed over the parts of the light (for gradients and pictures the mean over the part); `power` is the mean of the three;
 //! - `luminance`, nits, with `color`: of the light where it is white. Luminance is 683 lm/W times Y of the radiance, so that
 //!   radiance 1 in white is 683 nits.
 //!
 //! Of `color` only the ratios count.
+//!
+//! A table `[compare]` may hold `techniques`, a list of what `glyphlight compare` shows of the scene unless it is told otherwise:
+//! `techniques = ["tree", "kuge:1e-6", "uniform:30", "quad"]`.
 
+mod body;
 mod error;
 mod light;
 mod material;
@@ -95,6 +106,19 @@ pub struct Loaded {
     pub scene: Scene,
     /// One line each; every line names the file, line and key it is about.
     pub warnings: Vec<String>,
+    /// The techniques of `[compare]`.
+    pub techniques: Vec<Wanted>,
+    /// The text of the file.
+    pub text: String,
+}
+
+/// A technique that a scene file asks for. What techniques there are is known elsewhere.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Wanted {
+    /// As written.
+    pub name: String,
+    /// Where.
+    pub place: Place,
 }
 
 /// Loads a scene file, and the files it names.
@@ -106,11 +130,22 @@ pub fn load(path: &Path) -> Result<Loaded, SceneError> {
     let folder = Folder::of(path)?;
     let text = String::from_utf8(bytes)
         .map_err(|e| SceneError::Encoding { file: path.into(), at: e.utf8_error().valid_up_to() })?;
-    Document { file: path.into(), text }.parse(|root| scene(&root, &folder))
+    parse(text, path, &folder)
+}
+
+/// Loads a scene from the text of its file `path`, which messages name, and the files it names from `folder`.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse(text: String, path: &Path, folder: &Folder) -> Result<Loaded, SceneError> {
+    let document = Document { file: path.into(), text };
+    let mut loaded = document.parse(|root| scene(&root, folder))?;
+    loaded.text = document.text;
+    Ok(loaded)
 }
 
 fn scene(root: &Table<'_>, folder: &Folder) -> Result<Loaded, SceneError> {
-    root.only(&["camera", "surface", "light", "background"])?;
+    root.only(&["camera", "surface", "light", "background", "compare"])?;
     let camera = camera(&root.require("camera", "a table: [camera]")?.table()?)?;
     let background = root.read("background", |v| v.color(&RADIANCE))?.unwrap_or_default().map(|c| c as f32);
     let mut builder = Builder {
@@ -125,6 +160,7 @@ fn scene(root: &Table<'_>, folder: &Folder) -> Result<Loaded, SceneError> {
             background,
         },
         warnings: Vec::new(),
+        techniques: root.read("compare", |v| techniques(&v.table()?))?.unwrap_or_default(),
     };
     for table in root.tables("surface")? {
         builder.surface(&table)?;
@@ -150,12 +186,19 @@ fn camera(table: &Table<'_>) -> Result<Camera, SceneError> {
     Ok(Camera { position, look_at, up, fov_y })
 }
 
+fn techniques(table: &Table<'_>) -> Result<Vec<Wanted>, SceneError> {
+    table.only(&["techniques"])?;
+    let names = table.require("techniques", "a list of techniques, such as [\"tree\", \"uniform:30\"]")?.strings()?;
+    names.iter().map(|v| Ok(Wanted { name: v.string()?.into(), place: v.place() })).collect()
+}
+
 /// The scene so far.
 struct Builder<'a> {
     folder: &'a Folder,
     textures: Textures,
     scene: Scene,
     warnings: Vec<String>,
+    techniques: Vec<Wanted>,
 }
 
 impl Builder<'_> {
@@ -223,7 +266,7 @@ impl Builder<'_> {
 
     fn finish(mut self) -> Loaded {
         self.scene.textures = self.textures.list;
-        Loaded { scene: self.scene, warnings: self.warnings }
+        Loaded { scene: self.scene, warnings: self.warnings, techniques: self.techniques, text: String::new() }
     }
 }
 

@@ -7,8 +7,15 @@ use std::path::{Component, Path, PathBuf};
 /// A folder, and the right to read in it and below it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Folder {
+    root: Root,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Root {
     /// Without symbolic links, so that a prefix is proof of being inside.
-    root: PathBuf,
+    Disk(PathBuf),
+    /// Files inside the program: name and bytes.
+    Bundled(&'static [(&'static str, &'static [u8])]),
 }
 
 /// Why a file cannot be read.
@@ -72,7 +79,12 @@ impl Folder {
     pub fn of(file: &Path) -> Result<Self, FolderError> {
         let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let root = folder.canonicalize().map_err(|e| io(folder, e))?;
-        Ok(Self { root })
+        Ok(Self { root: Root::Disk(root) })
+    }
+
+    /// A folder inside the program: the names of its files and their bytes.
+    pub const fn bundled(files: &'static [(&'static str, &'static [u8])]) -> Self {
+        Self { root: Root::Bundled(files) }
     }
 
     /// The folder in which the file `name` of this folder lies: from there on, nowhere above that.
@@ -80,7 +92,10 @@ impl Folder {
     /// # Errors
     /// As [`Folder::read`].
     pub fn beside(&self, name: &str) -> Result<Self, FolderError> {
-        Self::of(&self.locate(name)?)
+        match &self.root {
+            Root::Disk(root) => Self::of(&locate(root, name)?),
+            Root::Bundled(_) => Ok(self.clone()),
+        }
     }
 
     /// The bytes of the file `name`, at most `limit` of them. `name` is relative and has no `..`; symbolic links may stay
@@ -89,27 +104,33 @@ impl Folder {
     /// # Errors
     /// Each way in which that can fail, with the path.
     pub fn read(&self, name: &str, limit: u64) -> Result<Vec<u8>, FolderError> {
-        read(&self.locate(name)?, limit)
-    }
-
-    fn locate(&self, name: &str) -> Result<PathBuf, FolderError> {
-        if name.is_empty() {
-            return Err(FolderError::Empty);
-        }
-        for part in Path::new(name).components() {
-            match part {
-                Component::Normal(_) | Component::CurDir => {}
-                Component::ParentDir => return Err(FolderError::Parent(name.into())),
-                Component::RootDir | Component::Prefix(_) => return Err(FolderError::Absolute(name.into())),
+        match &self.root {
+            Root::Disk(root) => read(&locate(root, name)?, limit),
+            Root::Bundled(files) => {
+                let found = files.iter().find(|(file, _)| *file == name);
+                found.map(|(_, bytes)| bytes.to_vec()).ok_or_else(|| FolderError::Missing(name.into()))
             }
         }
-        let path = self.root.join(name);
-        let target = path.canonicalize().map_err(|e| io(&path, e))?;
-        if !target.starts_with(&self.root) {
-            return Err(FolderError::Outside { name: name.into(), target, root: self.root.clone() });
-        }
-        Ok(target)
     }
+}
+
+fn locate(root: &Path, name: &str) -> Result<PathBuf, FolderError> {
+    if name.is_empty() {
+        return Err(FolderError::Empty);
+    }
+    for part in Path::new(name).components() {
+        match part {
+            Component::Normal(_) | Component::CurDir => {}
+            Component::ParentDir => return Err(FolderError::Parent(name.into())),
+            Component::RootDir | Component::Prefix(_) => return Err(FolderError::Absolute(name.into())),
+        }
+    }
+    let path = root.join(name);
+    let target = path.canonicalize().map_err(|e| io(&path, e))?;
+    if !target.starts_with(root) {
+        return Err(FolderError::Outside { name: name.into(), target, root: root.into() });
+    }
+    Ok(target)
 }
 
 /// The bytes of a file anywhere, at most `limit` of them: for the file that the user names, not for what files name.

@@ -1,6 +1,7 @@
 //! The scene: camera, surfaces, lights.
 
 pub mod camera;
+pub mod figures;
 pub mod file;
 pub mod folder;
 pub mod material;

@@ -1,8 +1,14 @@
 //! PNG and JPEG bytes to [`Texture`].
 
 use super::material::Texture;
+use crate::color::srgb_decode;
+use crate::light::Layer;
+use crate::light::picture::{MAX_SIDE as PICTURE_SIDE, Picture};
+use crate::shape::Bounds;
+use glam::Vec4;
 use image::{ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
+use std::sync::Arc;
 
 /// Largest width and height of a texture, texels.
 pub const MAX_SIDE: u32 = 8192;
@@ -53,5 +59,22 @@ impl Texture {
         let picture = reader.decode().map_err(decode)?.into_rgba8();
         let texels = picture.pixels().map(|p| u32::from_le_bytes(p.0)).collect();
         Ok(Self { width, height, texels, srgb })
+    }
+
+    /// Lays the texture over the smallest box around `layers`, stretched to it, as the colours of each. At most
+    /// [`PICTURE_SIDE`] texels of it are kept along a side.
+    pub fn lay_over(&self, layers: &mut [Layer]) {
+        let bounds = layers.iter().map(|l| l.shape.extent()).fold(Bounds::EMPTY, Bounds::union);
+        let linear: Vec<f32> = (0..=255).map(|v| srgb_decode(f64::from(v) / 255.0) as f32).collect();
+        let texel = |x: u32, y: u32| {
+            let index = y as usize * self.width as usize + x as usize;
+            let [r, g, b, alpha] = self.texels[index].to_le_bytes();
+            let alpha = f32::from(alpha) / 255.0;
+            let [r, g, b] = [r, g, b].map(|v| if self.srgb { linear[usize::from(v)] } else { f32::from(v) / 255.0 });
+            Vec4::new(r * alpha, g * alpha, b * alpha, alpha)
+        };
+        let kept = [self.width.min(PICTURE_SIDE), self.height.min(PICTURE_SIDE)];
+        let picture = Arc::new(Picture::shrunk([self.width, self.height], kept, [bounds.min, bounds.max], texel));
+        layers.iter_mut().for_each(|layer| layer.picture = Some(Arc::clone(&picture)));
     }
 }

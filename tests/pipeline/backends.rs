@@ -25,7 +25,7 @@ use std::io::Write;
 use std::sync::OnceLock;
 
 /// The GPU, or `None` with a loud line where there is none. With `CI` or `GLYPHLIGHT_REQUIRE_GPU` set that is a failure.
-fn gpu() -> Option<&'static GpuBackend> {
+pub fn gpu() -> Option<&'static GpuBackend> {
     static GPU: OnceLock<Result<GpuBackend, BackendError>> = OnceLock::new();
     match GPU.get_or_init(|| GpuBackend::new(AdapterChoice::Any)) {
         Ok(gpu) => Some(gpu),
@@ -40,7 +40,7 @@ fn gpu() -> Option<&'static GpuBackend> {
     }
 }
 
-fn settings(samples: u32) -> Settings {
+pub fn settings(samples: u32) -> Settings {
     Settings { width: 97, height: 71, samples, tolerance: 1e-4, technique: Technique::Tree, horizons: Horizons::Both }
 }
 
@@ -48,7 +48,7 @@ fn material(alpha: f32, metallic: f32) -> Material {
     Material { base_color: [0.9, 0.7, 0.5], metallic, alpha, ..Material::default() }
 }
 
-fn light(shape: Shape, origin: DVec3, turn: DVec3, radiance: DVec3) -> AreaLight {
+pub fn light(shape: Shape, origin: DVec3, turn: DVec3, radiance: DVec3) -> AreaLight {
     AreaLight {
         name: "light".into(),
         layers: vec![Layer { shape, radiance, opacity: 1.0, picture: None }],
@@ -59,7 +59,7 @@ fn light(shape: Shape, origin: DVec3, turn: DVec3, radiance: DVec3) -> AreaLight
 }
 
 /// A light over a floor.
-fn floor(material: Material, light: AreaLight) -> Scene {
+pub fn floor(material: Material, light: AreaLight) -> Scene {
     Scene {
         camera: Camera {
             position: DVec3::new(1.5, 2.0, 5.5),
@@ -104,7 +104,7 @@ fn annulus() -> Shape {
     Shape::from_contours(vec![circle(DVec2::ZERO, 0.8), reversed(circle(DVec2::new(0.1, 0.0), 0.4))]).unwrap()
 }
 
-fn rectangle() -> Shape {
+pub fn rectangle() -> Shape {
     Shape::rectangle(DVec2::new(-1.0, -0.5), DVec2::new(1.0, 0.5))
 }
 
@@ -113,7 +113,7 @@ fn blob() -> Shape {
 }
 
 /// Sixty contours, some with holes, as in a line of text.
-fn page() -> Shape {
+pub fn page() -> Shape {
     let mut rng = Rng(8);
     let mut contours = Vec::new();
     for i in 0..60 {
@@ -186,7 +186,7 @@ fn mesh(n: u32) -> Scene {
     scene
 }
 
-fn scenes() -> Vec<(&'static str, Scene)> {
+pub fn scenes() -> Vec<(&'static str, Scene)> {
     let white = DVec3::ONE;
     let above = DVec3::new(0.0, 1.3, 0.0);
     let tilt = DVec3::new(15.0, 20.0, 0.0);
@@ -280,13 +280,13 @@ fn hard_scenes() -> Vec<(&'static str, Scene)> {
     ]
 }
 
-fn white_level(scene: &Scene) -> f32 {
+pub fn white_level(scene: &Scene) -> f32 {
     let layers = scene.lights.iter().flat_map(|l| &l.layers);
     layers.map(|l| l.radiance.max_element()).fold(1.0, f64::max) as f32
 }
 
 /// Fraction of pixels that differ by more than 1e-5 of the white level in any layer, and the largest difference over it.
-fn difference(a: &Film, b: &Film, white: f32) -> (f64, f32) {
+pub fn difference(a: &Film, b: &Film, white: f32) -> (f64, f32) {
     assert_eq!((a.width, a.height), (b.width, b.height));
     let pixel = |f: &Film, i: usize| -> Vec<f32> {
         let layers = [f.diffuse[i], f.specular[i], f.emission[i], f.background[i]];
@@ -302,16 +302,16 @@ fn difference(a: &Film, b: &Film, white: f32) -> (f64, f32) {
     (off, errors.into_iter().fold(0.0, f32::max))
 }
 
-fn agree((off, worst): (f64, f32)) -> bool {
+pub fn agree((off, worst): (f64, f32)) -> bool {
     off <= 0.05 && worst <= 1e-3
 }
 
-fn render(backend: &dyn Backend, scene: &Scene, settings: &Settings) -> Rendering {
+pub fn render(backend: &dyn Backend, scene: &Scene, settings: &Settings) -> Rendering {
     backend.render(scene, settings).unwrap()
 }
 
 /// Brightest value that a surface reflects.
-fn brightest(film: &Film) -> f32 {
+pub fn brightest(film: &Film) -> f32 {
     film.diffuse.iter().chain(&film.specular).flatten().fold(0.0, |a, &b| a.max(b))
 }
 
@@ -336,7 +336,7 @@ fn every_scene_is_the_same_on_both() {
 }
 
 /// Samples are the same; decisions that hang on a rounding may differ.
-fn same_stats(a: &Stats, b: &Stats) -> bool {
+pub fn same_stats(a: &Stats, b: &Stats) -> bool {
     let near = |x: u64, y: u64| x.abs_diff(y) as f64 <= 1e-3 * x.max(y) as f64 + 2.0;
     let lights = a.lights.iter().zip(&b.lights).all(|(x, y)| {
         x.name == y.name
@@ -451,7 +451,7 @@ fn the_walks_agree_on_single_integrals() {
 }
 
 /// Both integrals at a point by the Rust kernel.
-fn on_the_cpu(prepared: &Prepared, point: &MeterPoint) -> [f64; 2] {
+pub fn on_the_cpu(prepared: &Prepared, point: &MeterPoint) -> [f64; 2] {
     let emitter = &prepared.emitters[point.emitter as usize];
     let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
     let Ok(images) = Images::new(emitter, &frame, point.position.as_dvec3()) else { return [0.0; 2] };

@@ -2,21 +2,35 @@
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "tests report what they measure and what they skip")]
 
+mod approximations;
 mod backends;
 mod brdf;
+mod browser;
 mod cases;
 mod cli;
+mod compare;
+mod edges;
 mod film;
 mod fonts;
 mod kernel;
 mod mask;
 mod mesh;
+mod metrics;
+mod mosaic;
+mod page;
+mod paint;
 mod painter;
+mod pal;
+mod polygon;
+mod prefilter;
 mod preset;
 mod reference;
+mod representative;
+mod roots;
 mod scene;
 mod shaders;
 mod shape;
+mod simple;
 mod svg;
 mod svg_hostile;
 mod text;

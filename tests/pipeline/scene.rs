@@ -70,7 +70,7 @@ fn light(keys: &str) -> AreaLight {
 
 #[test]
 fn the_published_scene_works_as_it_stands() {
-    let Loaded { scene, warnings } = scene(PUBLISHED);
+    let Loaded { scene, warnings, .. } = scene(PUBLISHED);
     assert_eq!(warnings, Vec::<String>::new());
     assert_eq!((scene.camera.position, scene.camera.fov_y), (DVec3::new(1.5, 3.0, 6.5), 50.0));
     assert_eq!((scene.camera.look_at, scene.camera.up), (DVec3::new(0.0, 0.2, 0.8), DVec3::Y));
@@ -336,9 +336,9 @@ fn mistakes_name_file_line_key_value_and_limit() {
         (light("size = 2"), "scene.toml:6: light[0].size: unknown key; known here: path, position"),
         (
             light("svg = \"logo.svg\""),
-            "scene.toml:4: light[0]: a light has exactly one of path, svg, text; path and svg are given",
+            "scene.toml:4: light[0]: a light has exactly one of path, svg, text, shape; path and svg are given",
         ),
-        (lamp("radiance = 1"), "light[0]: a light has exactly one of path, svg, text; none is given"),
+        (lamp("radiance = 1"), "light[0]: a light has exactly one of path, svg, text, shape; none is given"),
         (lamp("path = \"M0 0L1 1Z\""), "scene.toml:5: light[0].path = \"M0 0L1 1Z\": the path encloses no area"),
         (lamp("path = \"\""), "scene.toml:5: light[0].path = \"\""),
         (lamp("path = \"M0 0 L1 nan Z\""), "scene.toml:5: light[0].path = "),

@@ -5,6 +5,13 @@
 use core::mem::offset_of;
 use glyphlight::backend::gpu::layout::{Box, Emitter, Frame, MeterPoint, Pixel, Reading};
 use glyphlight::backend::gpu::source::{Source, gbuffer, light, meter};
+use glyphlight::backend::technique::NAMES;
+use glyphlight::kernel::curve::Curve;
+use glyphlight::kernel::mosaic::Tile;
+use glyphlight::kernel::pal::Polygon;
+use glyphlight::kernel::picture::Level;
+use glyphlight::kernel::quad::Quad;
+use glyphlight::kernel::representative::Solid;
 use glyphlight::kernel::surface::{Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle};
 use glyphlight::kernel::tree::{Handles, Node};
 use std::collections::BTreeMap;
@@ -13,7 +20,7 @@ use wgpu::naga::{Module, TypeInner, front::wgsl};
 
 fn validate(code: &str) -> Result<Module, String> {
     let module = wgsl::parse_str(code).map_err(|e| e.emit_to_string(code))?;
-    Validator::new(ValidationFlags::all(), Capabilities::empty())
+    Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32)
         .validate(&module)
         .map_err(|e| e.emit_to_string(code))?;
     Ok(module)
@@ -25,11 +32,10 @@ fn module(source: &Source) -> Module {
 
 #[test]
 fn every_pass_validates_and_has_its_entry_points() {
-    let passes = [
-        (gbuffer(), vec!["draw_triangle", "store_triangle"]),
-        (light("tree"), vec!["light_pixels"]),
-        (meter("tree"), vec!["read_meter"]),
-    ];
+    let mut passes = vec![(gbuffer(), vec!["draw_triangle", "store_triangle"])];
+    for name in NAMES {
+        passes.extend([(light(name), vec!["light_pixels"]), (meter(name), vec!["read_meter"])]);
+    }
     for (source, entries) in passes {
         let found: Vec<String> = module(&source).entry_points.iter().map(|e| e.name.clone()).collect();
         assert_eq!(found, entries, "{}", source.name);
@@ -79,6 +85,12 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
             form radius length picture),
         layout!(Node: center half a b m0 m1 m2 area link),
         layout!(Handles: p1 p2 low1 low2),
+        layout!(Curve: p0 p1 p2 p3),
+        layout!(Quad: half low),
+        layout!(Polygon: circle centroid radius first outer end texels side),
+        layout!(Solid: center half kind coverage),
+        layout!(Level: low per_unit offset size variance coarser),
+        layout!(Tile: center half mean skip m1_x first_node m1_y end_node m2_xx first_handles m2_xy deviation m2_yy deviation_3),
         layout!(Box: low skip high triangles),
         layout!(Pixel: diffuse samples specular nodes),
         layout!(MeterPoint: position emitter normal alpha view tolerance),
@@ -89,7 +101,7 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
 #[test]
 fn structs_lie_as_in_rust() {
     let mut found = BTreeMap::new();
-    for source in [gbuffer(), light("tree"), meter("tree")] {
+    for source in [gbuffer(), light("tree"), light("quad"), light("pal"), light("representative"), meter("tree")] {
         found.extend(layouts(&module(&source)));
     }
     for (name, (size, mut members)) in rust_layouts() {

@@ -4,7 +4,11 @@
 use crate::backend::emitter::{self, Geometry};
 use crate::backend::prepared::Prepared;
 use crate::backend::{Horizons, Technique};
+use crate::kernel::pal::Polygon;
+use crate::kernel::picture::Level;
 use crate::kernel::surface::Rays;
+use crate::light::prefilter::Prefiltered;
+use crate::light::simple::Facing;
 use crate::light::{Form, Square};
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec2, Vec3, Vec4};
@@ -79,13 +83,14 @@ pub struct Emitter {
     pub radiance: Vec3,
     /// 1 where the back emits as well.
     pub two_sided: u32,
-    /// What the light is as a body: 0 outline, 1 rectangle, 2 disc, 3 sphere, 4 tube.
+    /// What it is: 0 outline, 1 rectangle, 2 disc, 3 whole sphere, 4 whole tube; turning to the point, 5 silhouette of a sphere,
+    /// 6 side of a tube, 7 rim of a tube's end.
     pub form: u32,
-    /// Of a sphere or tube, in halves of the square's side.
+    /// Of the sphere or tube, in halves of the square's side.
     pub radius: f32,
-    /// Of a tube, in halves of the square's side.
+    /// Of the tube; of a rim, its place on the axis. In halves of the square's side.
     pub length: f32,
-    /// Index of its picture or [`NO_PICTURE`].
+    /// First level of its picture or [`NO_PICTURE`].
     pub picture: u32,
 }
 
@@ -98,12 +103,15 @@ impl Emitter {
         let (placement, Square { center, half }) = (&emitter.placement, emitter.square);
         let (x, y) = (placement.x * half, placement.y * half);
         let in_square = |length: f64| (length / half) as f32;
-        let (form, radius, length) = match emitter.form {
-            Form::Outline => (0, 0.0, 0.0),
-            Form::Rectangle => (1, 0.0, 0.0),
-            Form::Disc => (2, 0.0, 0.0),
-            Form::Sphere { radius } => (3, in_square(radius), 0.0),
-            Form::Tube { radius, length } => (4, in_square(radius), in_square(length)),
+        let (form, radius, length) = match (emitter.facing, emitter.form) {
+            (_, Form::Outline) => (0, 0.0, 0.0),
+            (_, Form::Rectangle) => (1, 0.0, 0.0),
+            (Facing::Whole, Form::Sphere { radius }) => (3, in_square(radius), 0.0),
+            (Facing::Whole, Form::Tube { radius, length }) => (4, in_square(radius), in_square(length)),
+            (Facing::Fixed | Facing::Whole, _) => (2, 0.0, 0.0),
+            (Facing::Sphere { radius }, _) => (5, in_square(radius), 0.0),
+            (Facing::Side { radius }, _) => (6, in_square(radius), 0.0),
+            (Facing::End { radius, at }, _) => (7, in_square(radius), in_square(at)),
         };
         Self {
             x: x.as_vec3(),
@@ -147,13 +155,13 @@ impl Elements {
 pub struct Emitters {
     /// The emitters.
     pub emitters: Vec<Emitter>,
-    /// The elements of all regions: nodes of trees.
+    /// The elements of all regions: nodes of trees, curves, quads, polygons or bodies.
     pub regions: Elements,
-    /// Their details: handles of trees.
+    /// Their details: handles of trees, edges of polygons and distances to them.
     pub details: Elements,
-    /// Where the pictures lie.
+    /// Levels of the pictures.
     pub pictures: Elements,
-    /// Texels of the pictures.
+    /// Texels of all levels, two words each.
     pub picture_texels: Elements,
 }
 
@@ -165,14 +173,52 @@ impl Emitters {
             let mut packed = Emitter::new(emitter);
             match &emitter.geometry {
                 Geometry::Shape | Geometry::Sampled { .. } => {}
+                Geometry::Kuge { curves, .. } | Geometry::Uniform { curves, .. } => {
+                    [packed.first, packed.end] = all.regions.extend(curves);
+                }
                 Geometry::Tree(tree) => {
                     [packed.first, packed.end] = all.regions.extend(&tree.nodes);
                     [packed.first_detail, _] = all.details.extend(&tree.handles);
                 }
+                Geometry::Polygons(polygons, _) => {
+                    let [edge, _] = all.details.extend(&polygons.edges);
+                    // Four distances take the place of an edge.
+                    let quartet =
+                        |d: &[f32]| Vec4::from_array(core::array::from_fn(|i| d.get(i).copied().unwrap_or(0.0)));
+                    let quartets: Vec<Vec4> = polygons.texels.chunks(4).map(quartet).collect();
+                    let [texel, _] = all.details.extend(&quartets).map(|i| 4 * i);
+                    let placed = |p: &Polygon| Polygon {
+                        first: p.first + edge,
+                        outer: p.outer + edge,
+                        end: p.end + edge,
+                        texels: p.texels + texel,
+                        ..*p
+                    };
+                    let placed: Vec<Polygon> = polygons.polygons.iter().map(placed).collect();
+                    [packed.first, packed.end] = all.regions.extend(&placed);
+                }
+                Geometry::Solid(solid) => [packed.first, packed.end] = all.regions.extend(&[*solid]),
+                Geometry::Quad(quad) => [packed.first, packed.end] = all.regions.extend(&[*quad]),
+                Geometry::Mosaic(mosaic) => {
+                    [packed.first, packed.end] = all.regions.extend(&mosaic.nodes);
+                    [packed.first_detail, _] = all.details.extend(&mosaic.handles);
+                    [packed.picture, _] = all.pictures.extend(&mosaic.tiles);
+                }
+            }
+            if let Some(colors) = &emitter.colors {
+                packed.picture = all.picture(colors);
             }
             all.emitters.push(packed);
         }
         all
+    }
+
+    /// Lays a picture after those that are there. Gives its index.
+    fn picture(&mut self, colors: &Prefiltered) -> u32 {
+        let [before, _] = self.picture_texels.extend(&colors.texels);
+        let levels: Vec<_> = colors.levels.iter().map(|l| Level { offset: before + l.offset, ..*l }).collect();
+        let [first, _] = self.pictures.extend(&levels);
+        first
     }
 }
 
@@ -260,6 +306,10 @@ pub struct Features {
     pub specular: bool,
     /// Some material has a texture.
     pub textures: bool,
+    /// Some light is a sphere or a tube.
+    pub bodies: bool,
+    /// Some emitter has a picture.
+    pub pictures: bool,
     /// Specular lobes are clipped at the true horizon.
     pub true_horizon: bool,
     /// Name of the technique.
@@ -281,6 +331,8 @@ impl Features {
             textures: materials.iter().any(|m| {
                 [m.base_color_texture, m.metallic_roughness_texture, m.normal_texture].iter().any(|&t| t != none)
             }),
+            bodies: prepared.emitters.iter().any(|e| e.form.is_body()),
+            pictures: prepared.emitters.iter().any(|e| e.picture.is_some()),
             true_horizon: prepared.horizons == Horizons::Both,
             technique: prepared.technique.name(),
         }

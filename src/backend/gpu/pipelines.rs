@@ -100,7 +100,11 @@ impl Layouts {
     /// The light meter's pipeline.
     pub fn meter_pipeline(&self, device: &Device, features: Features) -> ComputePipeline {
         let layout = pipeline_layout(device, &[&self.scene, &self.meter]);
-        let constants = [("TRUE_HORIZON", flag(features.true_horizon))];
+        let constants = [
+            ("PICTURES", flag(features.pictures)),
+            ("BODIES", flag(features.bodies)),
+            ("TRUE_HORIZON", flag(features.true_horizon)),
+        ];
         compute(device, &source::meter(features.technique), &layout, "read_meter", &constants)
     }
 
@@ -111,6 +115,8 @@ impl Layouts {
             ("DIFFUSE", flag(features.diffuse)),
             ("SPECULAR", flag(features.specular)),
             ("TEXTURES", flag(features.textures)),
+            ("PICTURES", flag(features.pictures)),
+            ("BODIES", flag(features.bodies)),
             ("TRUE_HORIZON", flag(features.true_horizon)),
         ];
         Pipelines {

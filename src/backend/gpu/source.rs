@@ -1,11 +1,15 @@
 //! The shaders, put together from `shaders/*.wgsl`: plain concatenation, with the constants that Rust owns in front.
 
-use super::layout::BOX_COUNT_BITS;
+use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
 use crate::brdf::ltc::{ALPHA_MIN, Table};
+use crate::kernel::curve::NEAREST_IMAGE;
 use crate::kernel::horizon::MARGIN;
 use crate::kernel::map::FOOT_LIMIT;
+use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
+use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
 use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SLACK};
+use crate::kernel::{pal, representative};
 
 /// Rows of the skip counters: workgroups of different rows do not wait for each other.
 pub const SKIP_ROWS: u32 = 32;
@@ -25,13 +29,19 @@ macro_rules! files {
 }
 
 /// What every technique needs to find its integrals.
-const LIGHTS: &[&str] = files!("types" "ltc" "frame" "map" "edge" "horizon" "shade");
+const LIGHTS: &[&str] = files!("types" "ltc" "frame" "body" "map" "edge" "horizon" "shade");
 
 /// What evaluates the integrals of a technique: the function `gather`.
 fn technique(name: &str) -> &'static [&'static str] {
-    // The other techniques bring their own files.
-    let _ = name;
-    files!("tree" "gather_tree")
+    match name {
+        "kuge" => files!("curve" "roots" "subdivide" "picture" "gather_kuge"),
+        "uniform" => files!("curve" "polygon" "picture" "gather_uniform"),
+        "quad" => files!("quad" "picture" "gather_quad"),
+        "textured" => files!("tree" "picture" "gather_textured"),
+        "pal" => files!("pal" "picture" "gather_pal"),
+        "representative" => files!("representative" "picture" "gather_representative"),
+        _ => files!("tree" "mosaic" "gather_tree"),
+    }
 }
 
 fn concatenate(name: &'static str, files: &[&[&str]]) -> Source {
@@ -50,13 +60,14 @@ pub fn gbuffer() -> Source {
     concatenate("gbuffer", &[files!("types" "raster" "gbuffer")])
 }
 
-/// Shading by the technique of that name: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR`, `TEXTURES` and
-/// `TRUE_HORIZON`.
+/// Shading by the technique of that name: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR`, `TEXTURES`,
+/// `PICTURES`, `BODIES` and `TRUE_HORIZON`.
 pub fn light(name: &str) -> Source {
     concatenate("light", &[LIGHTS, technique(name), files!("surface" "reflect" "nearest" "light")])
 }
 
-/// The light meter of the technique of that name: `read_meter`, with the override `TRUE_HORIZON`.
+/// The light meter of the technique of that name: `read_meter`, with the overrides `PICTURES`, `BODIES` and
+/// `TRUE_HORIZON`.
 pub fn meter(name: &str) -> Source {
     concatenate("meter", &[LIGHTS, technique(name), files!("meter")])
 }
@@ -71,9 +82,20 @@ fn constants() -> String {
         ("SEGMENT", SEGMENT),
         ("CUBIC", CUBIC),
         ("DEEPEST", DEEPEST),
+        ("ROOT_STEPS", ROOT_STEPS),
+        ("START_LEVEL", START_LEVEL),
+        ("INTERVALS", INTERVALS),
+        ("HALVINGS", HALVINGS),
         ("NO_TEXTURE", NO_TEXTURE),
+        ("NO_PICTURE", NO_PICTURE),
         ("BOX_COUNT_BITS", BOX_COUNT_BITS),
         ("SKIP_ROWS", SKIP_ROWS),
+        ("PAL_WEIGHTED", pal::WEIGHTED),
+        ("PAL_BIASED", pal::BIASED),
+        ("SOLID_RECTANGLE", representative::RECTANGLE),
+        ("SOLID_DISC", representative::DISC),
+        ("SOLID_SPHERE", representative::SPHERE),
+        ("SOLID_TUBE", representative::TUBE),
         ("LTC_ALPHAS", alphas as u32),
         ("LTC_THETAS", thetas as u32),
     ];
@@ -84,6 +106,14 @@ fn constants() -> String {
         ("SLACK", SLACK),
         ("MARGIN", MARGIN),
         ("FOOT_LIMIT", FOOT_LIMIT as f32),
+        ("PAL_BIAS", pal::BIAS),
+        ("PAL_NEAR", pal::NEAR),
+        ("PAL_PHI", pal::PHI),
+        ("PAL_MIRROR_EXPONENT", pal::MIRROR_EXPONENT),
+        ("NEAREST_IMAGE", NEAREST_IMAGE),
+        ("ROOT_NOISE", ROOT_NOISE),
+        ("DIFFUSE_EPS", DIFFUSE_EPS),
+        ("SPECULAR_EPS", SPECULAR_EPS),
     ];
     for (name, value) in floats {
         code += &format!("const {name}: f32 = {value:e};\n");

@@ -8,7 +8,6 @@ use crate::backend::emitter::{Emitter, Geometry};
 use crate::backend::gather::Skip;
 use crate::kernel::frame::ShadingFrame;
 use crate::light::Form;
-use crate::light::picture::Picture;
 use core::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
@@ -202,7 +201,10 @@ impl<'a> Light<'a> {
 
     /// Radiance at a light-space point of the emission.
     fn radiance(&self, p: DVec2) -> DVec3 {
-        self.emitter.picture.as_ref().map_or(self.radiance, |picture| self.radiance * texel(picture, p))
+        self.emitter
+            .picture
+            .as_ref()
+            .map_or(self.radiance, |picture| self.radiance * picture.sample(p).truncate().as_dvec3())
     }
 }
 
@@ -233,18 +235,6 @@ fn tile_chances<'a>(region: &Region, weight: impl Fn(&Tile) -> f64) -> Option<(C
     let mut chances: Vec<f64> = region.tiles().iter().zip(&weights).map(chance).collect();
     chances.iter_mut().for_each(|chance| *chance /= total);
     Some((Cow::Owned(chances), sum))
-}
-
-/// A picture's colour at a light-space point: bilinear, beyond the outer texel centres constant.
-fn texel(picture: &Picture, p: DVec2) -> DVec3 {
-    let size = DVec2::new(picture.width.into(), picture.height.into());
-    let share = (p - picture.low) / (picture.high - picture.low);
-    let at = (DVec2::new(share.x, 1.0 - share.y) * size - 0.5).clamp(DVec2::ZERO, size - 1.0);
-    let (x, y) = (at.x as usize, at.y as usize);
-    let (right, below) = ((x + 1).min(picture.width as usize - 1), (y + 1).min(picture.height as usize - 1));
-    let texel = |x: usize, y: usize| picture.texels[y * picture.width as usize + x].truncate().as_dvec3();
-    let f = at.fract();
-    texel(x, y).lerp(texel(right, y), f.x).lerp(texel(x, below).lerp(texel(right, below), f.x), f.y)
 }
 
 impl Source<'_> {

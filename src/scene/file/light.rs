@@ -1,17 +1,21 @@
-//! Lights of a scene file: what shines (a path, an SVG, a text), how strongly, and where it stands.
+//! Lights of a scene file: what shines (a path, an SVG, a text, a simple shape), how strongly, and where it stands.
 
+use super::body::{self, SHAPE_KEYS};
 use super::error::SceneError;
 use super::table::{Limit, Table, Value};
 use super::{COORDINATE, DEGREES, LENGTH, RADIANCE, SCALE};
 use crate::color::luminance;
+use crate::light::picture::Picture;
 use crate::light::{AreaLight, Form, Layer, Placement};
 use crate::outline::bundled;
 use crate::outline::font::{Font, Tag};
-use crate::outline::svg::{ArtLayer, FontBytes, SvgOptions, svg};
+use crate::outline::svg::{FontBytes, SvgOptions, svg};
 use crate::outline::text::{Align, Direction, TextStyle, layout};
 use crate::outline::{FillRule, Warning, path};
+use crate::scene::Texture;
 use crate::scene::folder::Folder;
-use crate::shape::Bounds;
+use crate::scene::texture;
+use crate::shape::{Bounds, Shape};
 use core::f64::consts::PI;
 use glam::{DAffine2, DVec2, DVec3};
 use std::sync::Arc;
@@ -35,18 +39,30 @@ const LINE_HEIGHT: Limit = Limit::new(|v| v > 0.0 && v <= 100.0, "more than 0 an
 const AXIS: Limit = Limit::new(|v| v.abs() <= 1e6, "within ±1e6");
 
 /// Keys of every light. `fill_rule` is one of them so that a light can be changed from one kind to another in its place.
-const COMMON: [&str; 9] =
-    ["position", "rotation", "scale", "radiance", "power", "luminance", "color", "two_sided", "fill_rule"];
+const COMMON: [&str; 10] =
+    ["position", "rotation", "scale", "radiance", "power", "luminance", "color", "two_sided", "fill_rule", "picture"];
 
 /// What can shine: the key that says so, the keys that go with it, and how it is read.
-type Kind =
-    (&'static str, &'static [&'static str], fn(&Source<'_, '_>, &mut Vec<Warning>) -> Result<Vec<Layer>, SceneError>);
+type Kind = (&'static str, &'static [&'static str], fn(&Source<'_, '_>, &mut Vec<Warning>) -> Result<Art, SceneError>);
 
-const KINDS: [Kind; 3] = [
+const KINDS: [Kind; 4] = [
     ("path", &["path"], from_path),
     ("svg", &["svg", "size", "svg_colors"], from_svg),
     ("text", &["text", "font", "size", "align", "letter_spacing", "line_height", "axes", "direction"], from_text),
+    ("shape", &SHAPE_KEYS, from_shape),
 ];
+
+/// What shines, and as what kind of body.
+struct Art {
+    layers: Vec<Layer>,
+    form: Form,
+}
+
+impl From<Vec<Layer>> for Art {
+    fn from(layers: Vec<Layer>) -> Self {
+        Self { layers, form: Form::Outline }
+    }
+}
 
 /// A light's table with the value of the key that says what shines.
 struct Source<'t, 'd> {
@@ -67,7 +83,7 @@ pub(super) fn read(
     let Ok([((key, keys, build), value)]) = <[_; 1]>::try_from(given) else {
         let found =
             if names.is_empty() { "none is given".into() } else { format!("{} are given", names.join(" and ")) };
-        return Err(table.error(format!("a light has exactly one of path, svg, text; {found}")));
+        return Err(table.error(format!("a light has exactly one of path, svg, text, shape; {found}")));
     };
     table.only(&[*keys, &COMMON].concat())?;
     let name = match *key {
@@ -77,18 +93,31 @@ pub(super) fn read(
     let place = value.place();
     let source = Source { table, value, folder };
     let mut said = Vec::new();
-    let mut layers = build(&source, &mut said)?;
+    let Art { mut layers, form } = build(&source, &mut said)?;
+    lay_picture(&source, key, form, &mut layers)?;
     if *key != "path" && table.get("fill_rule").is_some() {
         said.push(Warning { element: "fill_rule".into(), message: format!("has no effect on {key}") });
     }
 
     let position = table.read("position", |v| v.vec3(&COORDINATE))?.unwrap_or_default();
     let rotation = table.read("rotation", |v| v.vec3(&DEGREES))?.unwrap_or_default();
-    let scale = table.read("scale", |v| v.vec2(&SCALE))?.unwrap_or(DVec2::ONE);
-    let two_sided = table.read("two_sided", Value::boolean)?.unwrap_or(false);
+    let scale = |v: &Value<'_>| {
+        let scale = v.vec2(&SCALE)?;
+        let stretched = form.is_body() && scale.x.abs() != scale.y.abs();
+        if stretched { Err(v.error(format!("must not stretch a {name}: give one number"))) } else { Ok(scale) }
+    };
+    let scale = table.read("scale", scale)?.unwrap_or(DVec2::ONE);
+    let mut two_sided = table.read("two_sided", Value::boolean)?.unwrap_or(false);
+    if form.is_body() && two_sided {
+        let message = format!("has no effect on a {name}, which shines all round");
+        said.push(Warning { element: "two_sided".into(), message });
+        two_sided = false;
+    }
     let mirror = DAffine2::from_scale(scale.signum());
+    let mut mirrored = None;
     for layer in &mut layers {
         layer.shape = layer.shape.transformed(mirror);
+        mirror_picture(layer, scale.signum(), &mut mirrored);
     }
     let placement = Placement::new(position, rotation, scale.abs());
     let area: f64 = layers.iter().map(|l| l.shape.area()).sum();
@@ -96,22 +125,56 @@ pub(super) fn read(
     if area <= LEAST_AREA * bounds.size().max_element().powi(2) || layers.is_empty() {
         return Err(source.value.error(format!("the light \"{name}\" has no area")));
     }
-    let corners =
-        [bounds.min, bounds.max, DVec2::new(bounds.min.x, bounds.max.y), DVec2::new(bounds.max.x, bounds.min.y)];
-    let reach = corners.map(|c| placement.point(c).abs().max_element()).into_iter().fold(0.0, f64::max);
+    // All of the light is within `around` of these points.
+    let (points, around) = match form {
+        Form::Sphere { radius } => ([DVec2::ZERO; 4], radius),
+        Form::Tube { radius, length } => ([1.0, 1.0, -1.0, -1.0].map(|side| DVec2::X * (0.5 * length * side)), radius),
+        Form::Outline | Form::Rectangle | Form::Disc => {
+            let Bounds { min, max } = bounds;
+            ([min, max, DVec2::new(min.x, max.y), DVec2::new(max.x, min.y)], 0.0)
+        }
+    };
+    let around = around * placement.y.length();
+    let reach = points.map(|p| placement.point(p).abs().max_element() + around).into_iter().fold(0.0, f64::max);
     if reach > MAX_REACH {
         return Err(source
             .value
             .error(format!("the light reaches {reach:e} m from the origin; at most {MAX_REACH:e}")));
     }
     let sides = if two_sided { 2.0 } else { 1.0 };
-    emit(table, &mut layers, placement.normal().length() * sides)?;
-    if layers.iter().all(|l| l.radiance == DVec3::ZERO) {
+    emit(table, &mut layers, placement.normal().length() * sides * form.emitting_area(area) / area)?;
+    if layers.iter().all(|l| l.radiance * l.mean_color().truncate() == DVec3::ZERO) {
         let hint = if *key == "svg" { "; svg_colors = false lights every part of it" } else { "" };
         said.push(Warning { element: name.clone(), message: format!("it is black and does not shine{hint}") });
     }
     warnings.extend(said.into_iter().map(|w| format!("{place}: {}: {}", w.element, w.message)));
-    Ok(AreaLight { name, layers, form: Form::Outline, placement, two_sided })
+    Ok(AreaLight { name, layers, form, placement, two_sided })
+}
+
+/// Lays the picture that the light names over its layers.
+fn lay_picture(source: &Source<'_, '_>, kind: &str, form: Form, layers: &mut [Layer]) -> Result<(), SceneError> {
+    let Some(value) = source.table.get("picture") else { return Ok(()) };
+    if form.is_body() {
+        return Err(value.error("spheres and tubes have no picture; flat lights may"));
+    }
+    if kind == "svg" && source.table.read("svg_colors", Value::boolean)?.unwrap_or(true) {
+        return Err(value.error("an SVG shines in its own colours; with svg_colors = false it may have a picture"));
+    }
+    let bytes = source.folder.read(value.string()?, texture::MAX_BYTES).map_err(|e| value.resource(e))?;
+    Texture::decode(&bytes, true).map_err(|e| value.resource(e))?.lay_over(layers);
+    Ok(())
+}
+
+/// A picture as it is and as it is mirrored.
+type Mirrored = Option<[Arc<Picture>; 2]>;
+
+/// Mirrors the layer's picture; `last` is the one mirrored before, which layers may share.
+fn mirror_picture(layer: &mut Layer, signs: DVec2, last: &mut Mirrored) {
+    let Some(picture) = layer.picture.take_if(|_| signs != DVec2::ONE) else { return };
+    let known = last.take().filter(|[from, _]| Arc::ptr_eq(from, &picture));
+    let pair = known.unwrap_or_else(|| [Arc::clone(&picture), Arc::new(picture.scaled(signs))]);
+    layer.picture = Some(Arc::clone(&pair[1]));
+    *last = Some(pair);
 }
 
 /// Sets the radiance of the layers, which hold their own colours so far (white but for SVGs). `emitting` is the factor
@@ -120,7 +183,7 @@ pub(super) fn read(
 /// - `radiance`: of a white layer, per channel.
 /// - `luminance` (nits) with `color`: of a white layer; Y of the radiance times [`EFFICACY`].
 /// - `power` (W) with `color`: of the whole light, the mean of the three channels, each of which is π · area · radiance
-///   summed over the layers.
+///   summed over the layers; of pictures, the mean over the layer.
 fn emit(table: &Table<'_>, layers: &mut [Layer], emitting: f64) -> Result<(), SceneError> {
     let amounts: Vec<_> = ["radiance", "power", "luminance"].into_iter().filter(|k| table.get(k).is_some()).collect();
     if amounts.len() > 1 {
@@ -141,7 +204,10 @@ fn emit(table: &Table<'_>, layers: &mut [Layer], emitting: f64) -> Result<(), Sc
     } else if let Some(value) = table.get("power") {
         let power = value.number(&POWER)?;
         let color = DVec3::from_array(color);
-        let flux: DVec3 = layers.iter().map(|l| l.radiance * color * (PI * emitting * l.shape.area())).sum();
+        let flux: DVec3 = layers
+            .iter()
+            .map(|l| l.radiance * l.mean_color().truncate() * color * (PI * emitting * l.shape.area()))
+            .sum();
         let mean = flux.element_sum() / 3.0;
         if mean <= 0.0 {
             return Err(value.error("no radiance gives this power, since the light is black"));
@@ -160,14 +226,14 @@ fn emit(table: &Table<'_>, layers: &mut [Layer], emitting: f64) -> Result<(), Sc
     Ok(())
 }
 
-fn from_path(source: &Source<'_, '_>, _: &mut Vec<Warning>) -> Result<Vec<Layer>, SceneError> {
+fn from_path(source: &Source<'_, '_>, _: &mut Vec<Warning>) -> Result<Art, SceneError> {
     let rules = [("nonzero", FillRule::NonZero), ("evenodd", FillRule::EvenOdd)];
     let rule = source.table.read("fill_rule", |v| v.choice(&rules))?.unwrap_or_default();
     let shape = path::shape(source.value.string()?, rule).map_err(|e| source.value.resource(e))?;
-    Ok(vec![Layer { shape, radiance: DVec3::ONE, opacity: 1.0, picture: None }])
+    Ok(vec![white(shape)].into())
 }
 
-fn from_svg(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Vec<Layer>, SceneError> {
+fn from_svg(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Art, SceneError> {
     let name = source.value.string()?;
     let size = source.table.read("size", |v| v.number(&LENGTH))?.unwrap_or(1.0);
     let own_colors = source.table.read("svg_colors", Value::boolean)?.unwrap_or(true);
@@ -176,15 +242,10 @@ fn from_svg(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Vec<
     let options = SvgOptions { size, fonts, font_family: bundled::DEFAULT_FAMILY.into() };
     let art = svg(&bytes, name, &options).map_err(|e| source.value.resource(e))?;
     warnings.extend(art.warnings);
-    let layer = |l: ArtLayer| {
-        // The colours of the art are multiplied by the opacity already.
-        let radiance = if own_colors { DVec3::from_array(l.color) } else { DVec3::splat(l.opacity) };
-        Layer { shape: l.shape, radiance, opacity: l.opacity, picture: None }
-    };
-    Ok(art.layers.into_iter().map(layer).collect())
+    Ok(art.layers.into_iter().map(|l| l.into_light(own_colors)).collect::<Vec<_>>().into())
 }
 
-fn from_text(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Vec<Layer>, SceneError> {
+fn from_text(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Art, SceneError> {
     let table = source.table;
     let default = TextStyle::default();
     let aligns = [("left", Align::Left), ("center", Align::Center), ("right", Align::Right)];
@@ -207,7 +268,16 @@ fn from_text(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Vec
     };
     let text = layout(source.value.string()?, &fonts, &style).map_err(|e| source.value.resource(e))?;
     warnings.extend(text.warnings);
-    Ok(vec![Layer { shape: text.shape, radiance: DVec3::ONE, opacity: 1.0, picture: None }])
+    Ok(vec![white(text.shape)].into())
+}
+
+fn from_shape(source: &Source<'_, '_>, _: &mut Vec<Warning>) -> Result<Art, SceneError> {
+    let (form, shape) = body::read(source.table, &source.value)?;
+    Ok(Art { layers: vec![white(shape)], form })
+}
+
+fn white(shape: Shape) -> Layer {
+    Layer { shape, radiance: DVec3::ONE, opacity: 1.0, picture: None }
 }
 
 /// A bundled font by its name, or a font file by its ending.

@@ -183,7 +183,7 @@ fn the_readme_works() {
     for line in blocks.lines().filter(|l| l.starts_with("glyphlight ") || l.starts_with("echo ")) {
         let mut line =
             line.replace("--backend gpu", "--backend cpu").replace("--size 8", "").replace("fit", "fit --size 4");
-        if line.starts_with("glyphlight render") {
+        if ["render", "compare"].iter().any(|verb| line.starts_with(&format!("glyphlight {verb}"))) {
             renders += 1;
             for (option, value) in [("--width", "48"), ("--height", "27"), ("--samples", "1"), ("--backend", "cpu")] {
                 let words: Vec<_> = line.split(' ').collect();
@@ -216,4 +216,41 @@ fn the_readme_works() {
     assert!(largest(&channel(&here.path("out/a.exr"), "diffuse.R")) > 0.1);
     here.write("scene.toml", scenes[0].replace("align", "aline"));
     assert_eq!(here.run(["render", "scene.toml", "-o", "out/b.exr"]).status.code(), Some(2));
+}
+
+/// The paper's Figure 5: how many edges each pixel took, by a smaller eps more.
+#[test]
+fn edges_are_counted_in_a_heat_map() {
+    let here = Workdir::new();
+    let text = ["render", "--text", "S", "--alpha", "0.1", "-o", "out/a.png", "--count-edges", "out/heat.png"];
+    let run = |more: &[&str]| here.stdout([&text[..], &SMALL[..], more].concat());
+    let heat_map = |more: &[&str]| -> Value {
+        let said = run(&[&["--stats", "--json"], more].concat());
+        serde_json::from_str::<Value>(&said).unwrap()["heat_map"].clone()
+    };
+    let said = run(&["--technique", "kuge"]);
+    assert!(said.starts_with("edges per sample: min ") && said.lines().count() == 1, "{said}");
+    let map = image::open(here.path("out/heat.png")).unwrap().into_rgb8();
+    assert_eq!(map.dimensions(), (96, 54));
+    // The lightest colour where most edges are, the darkest where none are.
+    let colors: Vec<_> = map.pixels().map(|p| p.0).collect();
+    assert!(colors.contains(&[253, 231, 37]) && colors.contains(&[68, 1, 84]));
+    let [coarse, fine] = ["kuge:1e-1", "kuge:1e-6"].map(|name| heat_map(&["--technique", name]));
+    for key in ["min", "max", "mean"] {
+        assert!(fine[key].as_f64() >= coarse[key].as_f64() && coarse[key].as_f64() > Some(0.0), "{coarse} {fine}");
+    }
+    assert!(fine["mean"].as_f64().unwrap() > 1.2 * coarse["mean"].as_f64().unwrap(), "{coarse} {fine}");
+    assert!(run(&["--technique", "tree"]).starts_with("nodes per sample"));
+    let without = here.stdout([&text[..7], &SMALL[..], &["--stats", "--json"]].concat());
+    assert_eq!(serde_json::from_str::<Value>(&without).unwrap()["heat_map"], Value::Null);
+
+    let refused = |more: &[&str]| {
+        let output = here.run([&["render", "--text", "S", "-o", "out/b.png"], &SMALL[..], more].concat());
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(refused(&["--count-edges", "out/heat.exr"]).contains("is a .png"));
+    assert!(refused(&["--count-edges", "out/b.png"]).contains("the picture's file"));
+    assert!(refused(&["--count-edges", "out/c.png", "--technique", "exact"]).contains("counts nothing"));
+    assert!(!here.path("out/b.png").exists());
 }

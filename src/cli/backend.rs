@@ -1,0 +1,85 @@
+//! Where to compute, by the flag that all verbs share.
+
+use super::progress;
+use crate::backend::cpu::CpuBackend;
+#[cfg(feature = "gpu")]
+use crate::backend::gpu::{AdapterChoice, GpuBackend};
+use crate::backend::{Backend, BackendError, Rendering, Settings, Technique, reference};
+use crate::scene::Scene;
+use clap::ValueEnum;
+#[cfg(feature = "gpu")]
+use std::cell::OnceCell;
+
+/// Where to compute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BackendArg {
+    Auto,
+    Cpu,
+    Gpu,
+}
+
+/// The backends, each opened when it is first wanted.
+#[derive(Debug)]
+pub struct Backends {
+    wanted: BackendArg,
+    #[cfg(feature = "gpu")]
+    gpu: OnceCell<Option<GpuBackend>>,
+}
+
+impl Backends {
+    pub fn new(wanted: BackendArg) -> Self {
+        Self {
+            wanted,
+            #[cfg(feature = "gpu")]
+            gpu: OnceCell::new(),
+        }
+    }
+
+    /// The backend for a technique. `auto` is the CPU for those that run nowhere else, and where there is no hardware GPU.
+    ///
+    /// # Errors
+    /// There is no GPU and it was asked for.
+    pub fn of(&self, technique: &Technique) -> Result<&dyn Backend, BackendError> {
+        if self.wanted == BackendArg::Cpu || technique.is_cpu_only() && self.wanted == BackendArg::Auto {
+            return Ok(&CpuBackend);
+        }
+        self.gpu()
+    }
+
+    /// Renders on the backend for the technique; the Monte Carlo reference with a progress bar.
+    ///
+    /// # Errors
+    /// What the backend says.
+    pub fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError> {
+        match (&settings.technique, self.wanted) {
+            (Technique::Reference(sampling), BackendArg::Auto | BackendArg::Cpu) => {
+                progress::shown("sampling", |report| reference::render(scene, settings, sampling, report))
+            }
+            (technique, _) => self.of(technique)?.render(scene, settings),
+        }
+    }
+
+    #[cfg(feature = "gpu")]
+    fn gpu(&self) -> Result<&dyn Backend, BackendError> {
+        if self.gpu.get().is_none() {
+            let opened = match self.wanted {
+                BackendArg::Auto => match GpuBackend::new(AdapterChoice::Hardware) {
+                    Err(BackendError::NoAdapter(_)) => None,
+                    found => Some(found?),
+                },
+                _ => Some(GpuBackend::new(AdapterChoice::Any)?),
+            };
+            // Nobody else can have opened it meanwhile.
+            let _ = self.gpu.set(opened);
+        }
+        Ok(self.gpu.get().and_then(Option::as_ref).map_or(&CpuBackend as &dyn Backend, |gpu| gpu))
+    }
+
+    #[cfg(not(feature = "gpu"))]
+    fn gpu(&self) -> Result<&dyn Backend, BackendError> {
+        match self.wanted {
+            BackendArg::Auto => Ok(&CpuBackend),
+            _ => Err(BackendError::NoAdapter("built without the feature `gpu`".into())),
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! `glyphlight compare`: one scene by every technique, with what each costs and how wrong it is.
+
+mod measure;
+mod verdict;
+
+use super::backend::{BackendArg, Backends};
+use super::display::DisplayArgs;
+use super::machine::{machine, now};
+use super::scene::{Staged, Subject};
+use super::values::positive;
+use super::{say, warn};
+use crate::backend::technique::{MAX_SPP, ReferenceLobe, Sampling};
+use crate::backend::{Horizons, Settings, Technique};
+use crate::error::Error;
+use crate::film::{Display, ToneMap};
+use crate::report::folder::NewFolder;
+use crate::report::{Comparison, FORMAT, LeftOut, PictureSettings, Row, SceneSource};
+use crate::scene::Scene;
+use crate::scene::figures::FIGURES;
+use comfy_table::{Cell, CellAlignment, Table};
+use measure::Entry;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    subject: Subject,
+    /// Folder to write: pictures, error maps, tables, index.html
+    #[arg(short, long, value_name = "DIR", required_unless_present = "list")]
+    output: Option<PathBuf>,
+    /// Print the bundled figures and what they show
+    #[arg(long)]
+    list: bool,
+    /// Replace the folder of an earlier comparison
+    #[arg(long)]
+    force: bool,
+    /// Techniques with their parameters, separated by commas [default: what the scene asks for, else all that apply]
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    techniques: Vec<Technique>,
+    /// Compare with Monte Carlo and the GGX BRDF itself as well: the error of integral and fit together
+    #[arg(long)]
+    reference: bool,
+    /// Light samples per pixel of --reference, and of the yardstick where `exact` cannot be one
+    #[arg(long, default_value_t = 256, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SPP)))]
+    spp: u32,
+    /// Most runs of a technique; times are medians. What takes more than five seconds is run once
+    #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=99))]
+    repeat: u32,
+    /// Pixels across
+    #[arg(long, default_value_t = 480)]
+    width: u32,
+    /// Pixels down
+    #[arg(long, default_value_t = 270)]
+    height: u32,
+    /// Samples per pixel
+    #[arg(long, default_value_t = 1)]
+    samples: u32,
+    /// Tolerance of the tree, in radiance of the picture
+    #[arg(long, default_value_t = 1e-4, value_parser = positive)]
+    tolerance: f32,
+    /// Where to compute: auto takes a hardware GPU if there is one, else the CPU; gpu takes a software driver as well. What
+    /// runs on the CPU only runs there
+    #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
+    backend: BackendArg,
+    /// Threads of the CPU [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    #[command(flatten)]
+    display: DisplayArgs,
+    /// Write the pictures as EXR as well
+    #[arg(long)]
+    exr: bool,
+}
+
+/// What is compared where neither arguments nor scene say it.
+const DEFAULT: [&str; 9] =
+    ["tree", "kuge", "uniform:6", "uniform:18", "uniform:30", "quad", "textured", "pal", "representative"];
+
+pub fn run(args: &Args) -> Result<(), Error> {
+    if args.list {
+        return FIGURES.iter().try_for_each(|f| say(format!("figure:{:<14} {}", f.name, f.about)));
+    }
+    let Some(output) = &args.output else { return Err(Error::Usage("compare needs -o DIR".into())) };
+    if let Some(threads) = args.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+        pool.map_err(|e| Error::Usage(format!("--threads {threads}: {e}")))?;
+    }
+    let settings = Settings {
+        width: args.width,
+        height: args.height,
+        samples: args.samples,
+        tolerance: args.tolerance,
+        technique: Technique::Tree,
+        horizons: Horizons::Both,
+    };
+    settings.check()?;
+    let folder = NewFolder::new(output, args.force)?;
+    let date = now();
+    let staged = args.subject.stage(args.width, args.height)?;
+    let Plan { entries, mut left_out, asked_for } = plan(args, &staged, &settings);
+    let measured = measure::all(&staged.scene, entries, &Backends::new(args.backend), args.repeat)?;
+    let display = args.display.display();
+    let verdict = verdict::of(&measured, &settings, &display)?;
+    let failed = measured.failed.iter().chain(&verdict.failed);
+    // What was not asked for is no surprise.
+    let missed = left_out.iter().filter(|_| asked_for).chain(failed.clone());
+    warn(missed.map(|l| format!("left out: {}: {}", l.technique, l.reason)));
+    left_out.extend(failed.cloned());
+    let comparison = Comparison {
+        format: FORMAT,
+        program: concat!("glyphlight ", env!("CARGO_PKG_VERSION")).into(),
+        date,
+        machine: machine(),
+        scene: SceneSource { name: staged.name, source: staged.source },
+        settings: picture_settings(args, &display),
+        rectangles: measured.rectangle_times(&settings),
+        error_scale: verdict.scale,
+        blocks: verdict.blocks,
+        left_out,
+    };
+    for picture in &verdict.pictures {
+        folder.write(&picture.file, &picture.png)?;
+    }
+    if let Some(bar) = verdict.bar {
+        folder.write("error-scale.png", bar)?;
+    }
+    if args.exr {
+        for picture in &measured.entries {
+            picture.film.encode(&folder.place(&picture.file("exr"))?, &display)?.keep()?;
+        }
+    }
+    folder.write("index.html", comparison.page(&verdict.pictures))?;
+    folder.write("table.md", comparison.markdown())?;
+    folder.write("table.csv", comparison.csv())?;
+    folder.write("table.json", comparison.json()?)?;
+    folder.keep(args.force)?;
+    comparison.blocks.iter().try_for_each(|block| say(table(&block.rows)))
+}
+
+fn picture_settings(args: &Args, display: &Display) -> PictureSettings {
+    let named = ToneMap::ALL.iter().find(|(_, tone_map)| *tone_map == display.tone_map);
+    PictureSettings {
+        width: args.width,
+        height: args.height,
+        samples: args.samples,
+        tolerance: args.tolerance,
+        exposure: display.exposure,
+        tone_map: named.map_or_else(String::new, |(name, _)| (*name).into()),
+        repeat: args.repeat,
+    }
+}
+
+/// What is rendered, and what cannot be.
+struct Plan {
+    entries: Vec<Entry>,
+    left_out: Vec<LeftOut>,
+    /// Whether arguments or scene name the techniques.
+    asked_for: bool,
+}
+
+fn plan(args: &Args, staged: &Staged, settings: &Settings) -> Plan {
+    let scene = &staged.scene;
+    let asked = [&args.techniques, &staged.techniques].into_iter().find(|list| !list.is_empty()).cloned();
+    let asked_for = asked.is_some();
+    let asked = asked.unwrap_or_else(|| DEFAULT.iter().filter_map(|name| name.parse().ok()).collect());
+    let sampling = |lobe| Technique::Reference(Sampling { spp: args.spp, lobe, ..Sampling::default() });
+    let yardstick = if has_pictures(scene) { sampling(ReferenceLobe::Ltc) } else { Technique::Exact };
+    let of = |technique: Technique, horizons| Settings { technique, horizons, ..*settings };
+    let mut entries: Vec<Entry> = Vec::new();
+    let mut left_out = Vec::new();
+    // Every row is held against a yardstick that clips where it does.
+    let mut horizons: Vec<Horizons> = Vec::new();
+    for technique in asked {
+        let technique = match technique {
+            // Among the integrals of a cosine it is one as well.
+            Technique::Reference(s) => Technique::Reference(Sampling { lobe: ReferenceLobe::Ltc, ..s }),
+            other => other,
+        };
+        if let Some(reason) = why_not(&technique, scene) {
+            left_out.push(LeftOut { technique: technique.to_string(), reason });
+            continue;
+        }
+        let settings = of(technique, Horizons::Both);
+        let clip = settings.horizons();
+        if !horizons.contains(&clip) {
+            horizons.push(clip);
+        }
+        if technique != yardstick && !entries.iter().any(|e| e.settings == settings) {
+            entries.push(Entry::technique(settings));
+        }
+    }
+    entries.extend(horizons.into_iter().map(|horizons| Entry::yardstick(of(yardstick, horizons))));
+    if args.reference {
+        entries.push(Entry::truth(of(sampling(ReferenceLobe::Ggx), Horizons::Both)));
+    }
+    Plan { entries, left_out, asked_for }
+}
+
+/// Whether a light changes its colour from place to place, which contour integrals cannot follow.
+fn has_pictures(scene: &Scene) -> bool {
+    scene.lights.iter().any(|l| l.layers.iter().any(|layer| layer.picture.is_some()))
+}
+
+/// Why a technique has nothing to show on a scene.
+fn why_not(technique: &Technique, scene: &Scene) -> Option<String> {
+    let pictures = has_pictures(scene);
+    match technique {
+        Technique::Textured if !pictures => Some("no light of the scene has a picture; it would be the tree".into()),
+        Technique::Exact if pictures => Some("a light of the scene has a picture, which a contour cannot hold".into()),
+        _ => None,
+    }
+}
+
+/// A few columns for the terminal.
+fn table(rows: &[Row]) -> String {
+    let mut out = Table::new();
+    out.load_style(comfy_table::presets::NOTHING);
+    out.set_header(["technique", "shade ms", "× rectangle", "RMSE", "max", "FLIP", "energy", "yardstick"]);
+    let number = |value: Option<f64>, decimals: usize| {
+        let text = value.map_or_else(|| "–".into(), |v| format!("{v:.decimals$}"));
+        Cell::new(text).set_alignment(CellAlignment::Right)
+    };
+    let small = |value: Option<f64>| {
+        let text = value.map_or_else(|| "–".into(), |v| format!("{v:.2e}"));
+        Cell::new(text).set_alignment(CellAlignment::Right)
+    };
+    for row in rows {
+        out.add_row([
+            Cell::new(&row.technique),
+            number(Some(row.seconds * 1e3), 1),
+            number(row.rectangles, 2),
+            small(row.errors.map(|e| e.rmse)),
+            small(row.errors.map(|e| e.max)),
+            number(row.flip, 5),
+            number(row.errors.and_then(|e| e.energy_ratio), 5),
+            Cell::new(row.yardstick.as_deref().unwrap_or("is one")),
+        ]);
+    }
+    out.to_string()
+}

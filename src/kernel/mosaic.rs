@@ -1,0 +1,129 @@
+//! The walk over a mosaic: a region whose colour changes from place to place. Twin: `shaders/mosaic.wgsl`.
+//!
+//! A tile is a part of the region, cut by lines along x and y. Its integral is that of its mean colour, by its
+//! chord–moment tree, plus that of what the colour differs from the mean. The latter is the second-order Taylor expansion
+//! of the kernel k with the moments of the difference (whose mean is nothing), as in [`super::tree`]; where its error bound
+//! is above the tolerance the walk goes on with the two halves of the tile, down to tiles of one colour.
+
+use super::horizon::Clip;
+use super::map::CosineMap;
+use super::tree::{Budget, Expansion, Handles, LowEnds, Node, Nodes, Place, place, tree_integral};
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3};
+
+/// A tile of a mosaic, in pre-order. Lengths are tree space, colours linear Rec.709.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Tile {
+    /// Centre of the tile's box, about which the moments are taken.
+    pub center: Vec2,
+    /// Half-extents of the box.
+    pub half: Vec2,
+    /// Mean colour over the region.
+    pub mean: Vec3,
+    /// Where the walk goes on past the tile and its parts.
+    pub skip: u32,
+    /// ∫x·(colour − mean) dA.
+    pub m1_x: Vec3,
+    /// First node of its tree.
+    pub first_node: u32,
+    /// ∫y·(colour − mean) dA.
+    pub m1_y: Vec3,
+    /// Past the last node of its tree.
+    pub end_node: u32,
+    /// ∫x²·(colour − mean) dA.
+    pub m2_xx: Vec3,
+    /// First of its tree's handles.
+    pub first_handles: u32,
+    /// ∫xy·(colour − mean) dA.
+    pub m2_xy: Vec3,
+    /// ∫|colour − mean| dA of the channel where that is most; 0 for a tile of one colour.
+    pub deviation: f32,
+    /// ∫y²·(colour − mean) dA.
+    pub m2_yy: Vec3,
+    /// The same integral of |colour − mean|·ρ³, with ρ the larger of |x| and |y| in half-extents of the box.
+    pub deviation_3: f32,
+}
+
+/// The arrays of a mosaic.
+#[derive(Clone, Copy, Debug)]
+pub struct Tiles<'a> {
+    /// In pre-order.
+    pub tiles: &'a [Tile],
+    /// The trees of all tiles, one after the other.
+    pub nodes: &'a [Node],
+    /// One for each node.
+    pub low: &'a [LowEnds],
+    /// Of the cubic leaves.
+    pub handles: &'a [Handles],
+}
+
+/// A value for each channel and what it cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ColorIntegral {
+    /// The integral, normalised: 1 for a full hemisphere of white.
+    pub value: Vec3,
+    /// Tiles, nodes and pieces of leaves visited.
+    pub visited: u32,
+}
+
+/// The clamped-cosine integral of the region's colours over the hemisphere that `clip` leaves, signed as
+/// [`tree_integral`] is, and as near.
+pub fn mosaic_integral(
+    map: &CosineMap,
+    clip: &Clip,
+    mosaic: Tiles<'_>,
+    tolerance: f32,
+    budget: &mut Budget,
+) -> ColorIntegral {
+    let mut sum = ColorIntegral::default();
+    let mut i = 0;
+    while i < mosaic.tiles.len() {
+        let tile = &mosaic.tiles[i];
+        sum.visited += 1;
+        let center = tile.center - map.foot;
+        let place = place(clip.planes(), center, tile.half);
+        // A whole region below a horizon: whatever its contours cross elsewhere, they cross back.
+        if matches!(place, Place::Below(_)) {
+            i = tile.skip as usize;
+            continue;
+        }
+        if tile.deviation > 0.0 {
+            let expansion = Expansion::new(map, center, tile.half);
+            let bound = if place == Place::Above {
+                expansion.remainder(tile.deviation_3)
+            } else {
+                expansion.magnitude(tile.deviation)
+            };
+            if !budget.accept(bound, tolerance) {
+                i += 1;
+                continue;
+            }
+            if place == Place::Above {
+                let d = expansion.derivatives(map);
+                sum.value += tile.m1_x * d.gradient[0] + tile.m1_y * d.gradient[1];
+                sum.value += tile.m2_xx * d.curvature[0] + tile.m2_xy * d.curvature[1] + tile.m2_yy * d.curvature[2];
+            }
+        }
+        let brightest = tile.mean.max_element();
+        if brightest > 0.0 {
+            let inner = tree_integral(map, clip, mosaic.tree(tile), tolerance / brightest, budget);
+            sum.value += tile.mean * inner.value;
+            sum.visited += inner.visited;
+        }
+        i = tile.skip as usize;
+    }
+    sum
+}
+
+impl<'a> Tiles<'a> {
+    /// The tree of one tile.
+    fn tree(&self, tile: &Tile) -> Nodes<'a> {
+        let nodes = tile.first_node as usize..tile.end_node as usize;
+        Nodes {
+            nodes: &self.nodes[nodes.clone()],
+            low: &self.low[nodes],
+            handles: &self.handles[tile.first_handles as usize..],
+        }
+    }
+}
