@@ -85,13 +85,18 @@ fn sidak(count: usize) -> f64 {
 
 /// Smallest p-value of the pixels over its Šidák level: under 1 the two films disagree.
 fn agreement(reference: &Film, truth: &Film) -> f64 {
+    agreement_but_for(reference, truth, 0.0)
+}
+
+/// The same; differences within `slack` are none.
+fn agreement_but_for(reference: &Film, truth: &Film, slack: f64) -> f64 {
     let values: Vec<_> = reflected(reference).zip(reflected(truth)).zip(variances(reference)).collect();
     let p_value = |&((a, b), variance): &((f64, f64), f64)| {
         // Both films are rounded to f32.
-        let rounding = 1e-7 * (a.abs() + b.abs());
+        let rounding = slack + 1e-7 * (a.abs() + b.abs());
         if (a - b).abs() <= rounding { 1.0 } else { student::two_sided((a - b) / variance.sqrt()) }
     };
-    assert!(values.iter().filter(|v| v.1 > 0.0).count() > values.len() / 4, "much of the picture is lit");
+    assert!(values.iter().filter(|v| v.1 > 0.0).count() > values.len() / 50, "nothing is lit");
     values.iter().map(p_value).fold(1.0, f64::min) / sidak(values.len())
 }
 
@@ -107,10 +112,58 @@ fn the_ltc_lobe_agrees_with_the_yardstick_and_notices_one_percent() {
         let mut moved = scene.clone();
         // A hundredth of the light's width.
         moved.lights[0].placement.origin.x += 0.016;
-        let moved = sampled(&moved, sampling(1 << 12, ReferenceLobe::Ltc)).film;
+        let moved = sampled(&moved, sampling(1 << 11, ReferenceLobe::Ltc)).film;
         let agrees = agreement(&moved, &exact);
         println!("alpha {alpha}, moved: {agrees:.2e}");
         assert!(agrees < 1e-3, "alpha {alpha}, moved: {agrees:e}");
+    }
+}
+
+/// Where digits run short and densities run high.
+#[test]
+fn hard_places_agree_with_the_yardstick() {
+    let rectangle = || Shape::rectangle(DVec2::new(-0.8, -0.5), DVec2::new(0.8, 0.5));
+    let at = |origin: DVec3, turn: DVec3| light(rectangle(), origin, turn, DVec3::new(1.0, 0.7, 0.4));
+    let level = DVec3::new(90.0, 0.0, 0.0);
+    let scaled = |mut scene: Scene, factor: f64| {
+        scene.camera.position *= factor;
+        scene.camera.look_at *= factor;
+        for light in &mut scene.lights {
+            let Placement { origin, x, y } = light.placement;
+            light.placement = Placement { origin: origin * factor, x: x * factor, y: y * factor };
+        }
+        scene.triangles.iter_mut().flat_map(|t| &mut t.vertices).for_each(|v| v.position *= factor);
+        scene
+    };
+    let upright = || floor(0.1, vec![at(DVec3::Y, DVec3::new(0.0, 20.0, 0.0))]);
+    let mut grazing = upright();
+    grazing.camera.position = DVec3::new(0.5, 0.01, 3.0);
+    let scenes = [
+        ("mirror", floor(0.0, vec![at(DVec3::Y, DVec3::ZERO)])),
+        ("standing on the floor", floor(0.2, vec![at(DVec3::new(0.0, 0.5, 0.0), DVec3::ZERO)])),
+        ("just above the floor", floor(0.2, vec![at(DVec3::Y * 1e-3, level)])),
+        ("in the floor", floor(0.2, vec![at(DVec3::ZERO, level)])),
+        ("through the floor", floor(0.3, vec![at(DVec3::Y * 0.1, DVec3::new(30.0, 30.0, 0.0))])),
+        ("grazing view", grazing),
+        ("small", scaled(upright(), 1e-4)),
+        ("large", scaled(upright(), 1e4)),
+    ];
+    for (name, scene) in scenes {
+        let exact = CpuBackend.render(&scene, &settings(Technique::Exact)).unwrap().film;
+        for lobe in [ReferenceLobe::Ltc, ReferenceLobe::Ggx] {
+            let film = sampled(&scene, sampling(256, lobe)).film;
+            assert!(reflected(&film).all(|v| v.is_finite() && v >= 0.0), "{name}");
+            assert!(variances(&film).iter().all(|v| v.is_finite()), "{name}");
+            // In the floor's own plane rounding decides who sees the light: there it only has to be finite.
+            if lobe == ReferenceLobe::Ltc && name != "in the floor" {
+                // Where a pixel sees next to nothing of the light, a few samples do not tell its variance.
+                let agrees = agreement_but_for(&film, &exact, 2e-3);
+                assert!(agrees > 1.0, "{name}: {agrees:e}");
+                let brighter: Vec<_> = exact.specular.iter().map(|v| v.map(|v| v * 1.25)).collect();
+                let agrees = agreement_but_for(&film, &Film { specular: brighter, ..exact.clone() }, 2e-3);
+                assert!(agrees < 1e-2, "{name}, the lobe brighter by a quarter: {agrees:e}");
+            }
+        }
     }
 }
 
@@ -158,7 +211,7 @@ fn the_variance_layer_is_the_spread_over_seeds() {
     // Both lobes, and so few samples that every batch is one.
     for (lobe, spp) in [(ReferenceLobe::Ggx, 64), (ReferenceLobe::Ltc, 16)] {
         let films: Vec<Film> =
-            (0..60).map(|seed| sampled(&scene, Sampling { seed, ..sampling(spp, lobe) }).film).collect();
+            (0..40).map(|seed| sampled(&scene, Sampling { seed, ..sampling(spp, lobe) }).film).collect();
         let n = films.len() as f64;
         let values: Vec<Vec<f64>> = films.iter().map(|f| reflected(f).collect()).collect();
         let (mut spread, mut told) = (0.0, 0.0);
@@ -177,9 +230,9 @@ fn the_variance_layer_is_the_spread_over_seeds() {
 #[test]
 fn sampling_ends_where_the_error_is_small_enough() {
     let scene = floor(0.2, lights());
-    let full = sampled(&scene, sampling(1 << 14, ReferenceLobe::Ggx));
+    let full = sampled(&scene, sampling(1 << 13, ReferenceLobe::Ggx));
     let with =
-        |max_error| sampled(&scene, Sampling { max_error: Some(max_error), ..sampling(1 << 14, ReferenceLobe::Ggx) });
+        |max_error| sampled(&scene, Sampling { max_error: Some(max_error), ..sampling(1 << 13, ReferenceLobe::Ggx) });
     let (coarse, fine) = (with(1e-2), with(2e-3));
     assert!(coarse.stats.nodes < fine.stats.nodes && fine.stats.nodes < full.stats.nodes);
     let worst = |r: &Rendering| variances(&r.film).into_iter().fold(0.0, f64::max).sqrt();

@@ -249,7 +249,7 @@ fn a_page_of_rings_is_sampled_fast() {
     let shape = Shape::from_contours(contours).unwrap();
     let region = Region::new(&shape);
     let bounds = shape.bounds();
-    for _ in 0..20_000 {
+    for _ in 0..4000 {
         let p = bounds.min + bounds.size() * DVec2::new(rng.unit(), rng.unit());
         assert_eq!(region.winding(p), shape.winding(p), "{p}");
     }
@@ -272,7 +272,7 @@ fn areas_right_of(shape: &Shape, x: f64) -> f64 {
     let mut rng = crate::cases::Rng(12);
     let bounds = shape.bounds();
     let (mut all, mut right) = (0, 0);
-    while all < 40_000 {
+    while all < 20_000 {
         let p = bounds.min + bounds.size() * DVec2::new(rng.unit(), rng.unit());
         if shape.winding(p) == 1 {
             all += 1;
