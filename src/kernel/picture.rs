@@ -7,7 +7,7 @@
 
 use super::map::CosineMap;
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec3};
 
 /// Places beyond this (tree space) are as far as the edge of any picture.
 const FARTHEST: f32 = 1e6;
@@ -62,8 +62,8 @@ impl Footprint {
 
 /// A picture's colour under a footprint: bilinear in two levels, mixed so that the variance is that of the footprint.
 ///
-/// `levels`: the picture's. `texels`: what they point into; linear, w unused.
-pub fn fetch(levels: &[Level], texels: &[Vec4], footprint: &Footprint) -> Vec3 {
+/// `levels`: the picture's. `texels`: what they point into.
+pub fn fetch(levels: &[Level], texels: &[[u32; 2]], footprint: &Footprint) -> Vec3 {
     let mut i = 0;
     while levels[i].coarser > 0 && levels[i + 1].variance <= footprint.variance {
         i += 1;
@@ -81,7 +81,7 @@ pub fn fetch(levels: &[Level], texels: &[Vec4], footprint: &Footprint) -> Vec3 {
 }
 
 /// Bilinear between the texels' centres; beyond the outer ones the edge goes on.
-fn fetch_level(level: &Level, texels: &[Vec4], place: Vec2) -> Vec3 {
+fn fetch_level(level: &Level, texels: &[[u32; 2]], place: Vec2) -> Vec3 {
     let (width, height) = (level.size & 0xffff, level.size >> 16);
     let last = Vec2::new((width - 1) as f32, (height - 1) as f32);
     let at = ((place - level.low) * level.per_unit * (last + 1.0) - 0.5).max(Vec2::ZERO).min(last);
@@ -91,7 +91,16 @@ fn fetch_level(level: &Level, texels: &[Vec4], place: Vec2) -> Vec3 {
     let right = (x + 1).min(width - 1);
     let row = level.offset + cell.y as u32 * width;
     let above = level.offset + (cell.y as u32 + 1).min(height - 1) * width;
-    let texel = |i: u32| texels[i as usize].truncate();
+    let texel = |i: u32| unpack(texels[i as usize]);
     let lower = texel(row + x).lerp(texel(row + right), part.x);
     lower.lerp(texel(above + x).lerp(texel(above + right), part.x), part.y)
+}
+
+/// A texel: x and y are the 16-bit floats of the first word, z is that of the second. None is below 0.
+#[inline(always)]
+pub fn unpack([xy, z]: [u32; 2]) -> Vec3 {
+    // Exponent and fraction in their places, less the difference of the biases: what `unpack2x16float` gives.
+    const BIAS: f32 = f32::from_bits((127 + 112) << 23);
+    let widen = |bits: u32| f32::from_bits(bits << 13) * BIAS;
+    Vec3::new(widen(xy & 0xffff), widen(xy >> 16), widen(z & 0xffff))
 }

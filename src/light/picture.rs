@@ -86,7 +86,7 @@ impl Picture {
     /// Mean colour over a shape, by area; zero for a shape without area.
     ///
     /// By Green's theorem: ∮ F dy over ∮ x dy with F(x, y) = ∫ colour dx, which is exact along each row, and Gauss's three
-    /// nodes on pieces of half a texel along the contour. For a picture of one colour that is the colour to rounding; else within
+    /// nodes on pieces of a quarter of a texel along the contour. For a picture of one colour that is the colour to rounding; else within
     /// 1e-4 of the picture's range (measured, shapes of 2 texels across and more).
     pub fn mean_over(&self, shape: &Shape) -> Vec4 {
         let area = shape.area();
@@ -103,7 +103,7 @@ impl Picture {
             let [p0, p1, p2, p3] = curve.points().map(enter);
             let curve = CubicBez::new(p0, p1, p2, p3);
             let length = p0.distance(p1) + p1.distance(p2) + p2.distance(p3);
-            let pieces = (2.0 * length).ceil().clamp(1.0, MOST_PIECES);
+            let pieces = (4.0 * length).ceil().clamp(1.0, MOST_PIECES);
             for piece in 0..pieces as u32 {
                 for (node, weight) in GAUSS {
                     let t = (f64::from(piece) + node) / pieces;

@@ -34,8 +34,8 @@ pub struct Prefiltered {
     pub peak: Vec3,
     /// The levels, in the tree space of the square they were made for.
     pub levels: Vec<Level>,
-    /// Their texels, each a value that 16 bits hold: xyz linear, 0 to 1 of the peak, w 0.
-    pub texels: Vec<Vec4>,
+    /// Their texels: linear, 0 to 1 of the peak, as [`crate::kernel::picture::unpack`] reads them.
+    pub texels: Vec<[u32; 2]>,
 }
 
 impl Prefiltered {
@@ -46,16 +46,15 @@ impl Prefiltered {
         let sigmas = source.sigmas();
         let plain: Vec<Grid> = sigmas.iter().map(|&sigma| source.filtered(sigma)).collect();
         let distances = distances(&source);
-        let stack = Stack { source: &source, plain: &plain, sigmas: &sigmas, distances: &distances };
-        let baked: Vec<Vec<Vec3>> = (0..plain.len()).map(|k| stack.bake(k)).collect();
         let inside = picture.texels.iter().filter(|texel| texel.w > 0.0);
         let peak = inside.map(|texel| texel.truncate() / texel.w).fold(Vec3::ZERO, Vec3::max);
         let unit = peak.map(|v| if v > 0.0 { v.recip() } else { 0.0 });
         let low = ((source.low - square.center) / square.half).as_vec2();
         let per_unit = (square.half / (source.high - source.low)).as_vec2();
-        let mut levels = Vec::new();
-        let mut texels = Vec::with_capacity(baked.iter().map(Vec::len).sum());
-        for (k, (colors, grid)) in baked.iter().zip(&plain).enumerate() {
+        let stack = Stack { source: &source, plain: &plain, sigmas: &sigmas, distances: &distances };
+        let mut levels = Vec::with_capacity(plain.len());
+        let mut texels = Vec::with_capacity(plain.iter().map(|grid| grid.values.len()).sum());
+        for (k, grid) in plain.iter().enumerate() {
             levels.push(Level {
                 low,
                 per_unit,
@@ -64,20 +63,16 @@ impl Prefiltered {
                 variance: (sigmas[k] / square.half).powi(2) as f32,
                 coarser: (plain.len() - 1 - k) as u32,
             });
-            texels.extend(colors.iter().map(|&c| half_precision(c * unit).extend(0.0)));
+            texels.par_extend((0..grid.values.len()).into_par_iter().map(|i| pack(stack.color(k, i) * unit)));
         }
         Self { peak, levels, texels }
     }
 }
 
-/// Four 16-bit floats as two words: what WGSL's `unpack2x16float` reads.
-pub fn pack(texel: Vec4) -> [u32; 2] {
-    let [x, y, z, w] = texel.to_array().map(|v| u32::from(f16::from_f32(v).to_bits()));
-    [x | y << 16, z | w << 16]
-}
-
-fn half_precision(color: Vec3) -> Vec3 {
-    color.map(|v| f16::from_f32(v).to_f32())
+/// Three 16-bit floats in two words.
+fn pack(color: Vec3) -> [u32; 2] {
+    let [x, y, z] = color.to_array().map(|v| u32::from(f16::from_f32(v).to_bits()));
+    [x | y << 16, z]
 }
 
 /// The picture in the box with its margin. Coordinates are texels of the box, from its lower left corner.
@@ -206,25 +201,15 @@ struct Stack<'a> {
 }
 
 impl Stack<'_> {
-    /// The level's colours, its kernel grown outside.
-    fn bake(&self, k: usize) -> Vec<Vec3> {
+    /// Colour of a level's texel, the kernel grown outside.
+    fn color(&self, k: usize, i: usize) -> Vec3 {
         let Grid { width, height, ref values } = self.plain[k];
-        let mut colors = vec![Vec3::ZERO; width * height];
-        let cell = Vec2::new(1.0 / width as f32, 1.0 / height as f32);
-        colors.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-            for (x, color) in row.iter_mut().enumerate() {
-                let at = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) * cell;
-                let distance = self.distance(at);
-                let sum = if distance > 0.0 {
-                    let grown = self.sigmas[k].powi(2) + GROWTH * distance.powi(2);
-                    self.at(at, grown)
-                } else {
-                    values[y * width + x]
-                };
-                *color = if sum.w > 0.0 { sum.truncate() / sum.w } else { Vec3::ZERO };
-            }
-        });
-        colors
+        let cell = Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+        let at = cell / Vec2::new(width as f32, height as f32);
+        let distance = self.distance(at);
+        let sum =
+            if distance > 0.0 { self.at(at, self.sigmas[k].powi(2) + GROWTH * distance.powi(2)) } else { values[i] };
+        if sum.w > 0.0 { sum.truncate() / sum.w } else { Vec3::ZERO }
     }
 
     /// Distance to the light at a place in 0..1 of the box.
@@ -261,4 +246,21 @@ where
     let ((x0, x1, fx), (y0, y1, fy)) = (axis(at.x, width), axis(at.y, height));
     let row = |y: usize| value(y * width + x0) * (1.0 - fx) + value(y * width + x1) * fx;
     row(y0) * (1.0 - fy) + row(y1) * fy
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::picture::unpack;
+
+    #[test]
+    fn packed_colors_are_read_back() {
+        // Every finite 16-bit float from 0.
+        for bits in 0..0x7c00_u16 {
+            let v = f16::from_bits(bits).to_f32();
+            assert_eq!(unpack(pack(Vec3::new(v, 1.0, 0.25))), Vec3::new(v, 1.0, 0.25));
+            assert_eq!(unpack(pack(Vec3::new(0.5, v, v))), Vec3::new(0.5, v, v));
+        }
+        assert_ne!(unpack(pack(Vec3::splat(1.0 / 3.0))), Vec3::splat(1.0 / 3.0));
+    }
 }

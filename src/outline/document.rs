@@ -320,6 +320,9 @@ impl Inspector<'_, '_> {
                 let (element, attribute) = (self.label(node), name.to_owned());
                 return Err(SvgError::Attribute { element, attribute, value: excerpt(value) });
             }
+            if matches!(name, "gradientTransform" | "patternTransform") && path::is_flattening(value) {
+                self.warn(node, format!("its {name} {} flattens it and is ignored", excerpt(value)));
+            }
             if SIZES.contains(&name) && value.trim_start().starts_with('-') {
                 self.warn(node, format!("its {name} is negative ({}) and is ignored", excerpt(value)));
             }

@@ -34,6 +34,8 @@ pub(super) struct Gradient {
     spread: Spread,
     ramp: Ramp,
     to_own: DAffine2,
+    /// Over less than this change of the parameter, colours are nearly straight lines; 0 where they jump.
+    fine: f64,
 }
 
 /// Periods over which a mean is that of one period.
@@ -48,7 +50,15 @@ impl Gradient {
         // Without length it is its last stop everywhere.
         let pointless = matches!(course, Course::Linear { from, to } if from == to);
         let stops = if pointless { &stops[stops.len().saturating_sub(1)..] } else { stops };
-        (to_own.is_finite() && !stops.is_empty()).then(|| Self { course, spread, ramp: Ramp::new(stops), to_own })
+        if !to_own.is_finite() || stops.is_empty() {
+            return None;
+        }
+        let ramp = Ramp::new(stops);
+        let jumps =
+            ramp.stops.windows(2).any(|pair| pair[1].offset - pair[0].offset <= JUMP && pair[0].color != pair[1].color);
+        let gradient = Self { course, spread, ramp, to_own, fine: 0.0 };
+        let fine = if jumps || spread == Spread::Repeat { 0.0 } else { 0.25 * gradient.finest() };
+        Some(Self { fine, ..gradient })
     }
 
     /// The same gradient after the plane has been moved by `map`'s inverse.
@@ -74,7 +84,9 @@ impl Gradient {
             _ => 0.0,
         };
         let width = span(DVec2::new(0.5 * cell.x, 0.0)).hypot(span(DVec2::new(0.0, 0.5 * cell.y)));
-        self.mean(t - 0.5 * width, t + 0.5 * width)
+        // The mean over a texel would blunt the corners at the stops for nothing.
+        let half = if width < self.fine { 0.0 } else { 0.5 * width };
+        self.mean(t - half, t + half)
     }
 
     /// How fast the parameter runs along the axes of light space, at most or nearly so, per metre.

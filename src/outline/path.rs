@@ -77,6 +77,12 @@ pub(super) fn is_transform(value: &str) -> bool {
     value.trim() == "none" || value.parse::<svgtypes::Transform>().is_ok()
 }
 
+/// Whether `value` is a `transform` that flattens the plane to a line or point, nearly or wholly (usvg then ignores it).
+pub(super) fn is_flattening(value: &str) -> bool {
+    let lengths = |t: svgtypes::Transform| t.a.hypot(t.c).min(t.b.hypot(t.d));
+    value.parse().is_ok_and(|t| lengths(t) <= f64::from(f32::EPSILON))
+}
+
 /// Whether `value` is a list of numbers, as `points` is.
 pub(super) fn is_number_list(value: &str) -> bool {
     svgtypes::NumberListParser::from(value).all(|number| number.is_ok())

@@ -8,7 +8,7 @@ use glyphlight::backend::{Backend, Horizons, Settings, Technique};
 use glyphlight::film::Film;
 use glyphlight::kernel::horizon::Clip;
 use glyphlight::kernel::map::CosineMap;
-use glyphlight::kernel::picture::{Footprint, Level, fetch};
+use glyphlight::kernel::picture::{Footprint, Level, fetch, unpack};
 use glyphlight::kernel::quad::{Quad, quad_integral};
 use glyphlight::light::mask::{light_picture, shape_picture};
 use glyphlight::light::picture::Picture;
@@ -97,7 +97,7 @@ fn a_rectangle_is_one_throughout() {
             assert!(picture.texels.iter().all(|t| *t == sent.extend(1.0)), "{low:?} {size}");
             let filtered = Prefiltered::new(&picture, &Square::around(shape.extent()).unwrap());
             assert_eq!(filtered.peak, sent);
-            assert!(filtered.texels.iter().all(|t| t.truncate() == Vec3::ONE), "{low:?} {size}");
+            assert!(filtered.texels.iter().all(|&t| unpack(t) == Vec3::ONE), "{low:?} {size}");
         }
     }
     let with_hole = text("O");
@@ -129,7 +129,7 @@ impl Case {
             let cell = DVec2::new(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
             let part = cell / DVec2::new(f64::from(width), f64::from(height));
             let place = level.low.as_dvec2() + part / level.per_unit.as_dvec2();
-            let color = self.filtered.texels[(level.offset + i) as usize].truncate() * self.filtered.peak;
+            let color = unpack(self.filtered.texels[(level.offset + i) as usize]) * self.filtered.peak;
             (self.square.center + place * self.square.half, color)
         })
     }
@@ -248,16 +248,16 @@ fn colors_bleed_outward_and_never_darken() {
     let bounds = shape.extent();
     let case = Case::new(shape_picture(&shape, &two_colors(bounds.min, bounds.max), 100).unwrap());
     assert!((case.filtered.peak - Vec3::new(0.8, 0.0, 0.4)).abs().max_element() < 1e-6);
-    for texel in &case.filtered.texels {
+    for texel in case.filtered.texels.iter().copied().map(unpack) {
         // A mix of the two, however far from the contour and through every hole.
         assert!((texel.x + texel.z - 1.0).abs() < 1e-3 && texel.y == 0.0, "{texel}");
     }
-    let reds = case.filtered.texels.iter().filter(|t| t.x > 0.99).count();
+    let reds = case.filtered.texels.iter().filter(|&&t| unpack(t).x > 0.99).count();
     assert!(reds > 100 && reds < case.filtered.texels.len());
     // As a quad's mask the same picture is dark between the letters.
     let painted = Layer { picture: Some(Arc::new(two_colors(bounds.min, bounds.max))), ..layer(shape, DVec3::ONE) };
     let quad = Case::new(light_picture(&[painted], 100).unwrap());
-    assert!(quad.filtered.texels.iter().any(|t| t.x + t.z < 0.01));
+    assert!(quad.filtered.texels.iter().any(|&t| unpack(t).dot(Vec3::ONE) < 0.01));
 }
 
 /// A light's rectangle, lobe and place.

@@ -7,7 +7,7 @@ use crate::backend::{Horizons, Technique};
 use crate::kernel::pal::Polygon;
 use crate::kernel::picture::Level;
 use crate::kernel::surface::Rays;
-use crate::light::prefilter::{Prefiltered, pack};
+use crate::light::prefilter::Prefiltered;
 use crate::light::simple::Facing;
 use crate::light::{Form, Square};
 use bytemuck::{Pod, Zeroable};
@@ -215,8 +215,7 @@ impl Emitters {
 
     /// Lays a picture after those that are there. Gives its index.
     fn picture(&mut self, colors: &Prefiltered) -> u32 {
-        let texels: Vec<_> = colors.texels.iter().map(|&texel| pack(texel)).collect();
-        let [before, _] = self.picture_texels.extend(&texels);
+        let [before, _] = self.picture_texels.extend(&colors.texels);
         let levels: Vec<_> = colors.levels.iter().map(|l| Level { offset: before + l.offset, ..*l }).collect();
         let [first, _] = self.pictures.extend(&levels);
         first

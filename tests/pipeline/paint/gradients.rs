@@ -42,7 +42,7 @@ impl Case {
         let stops = stops.collect();
         let radii = radial.then(|| [rng.within(0.0, 5.0), rng.within(25.0, 60.0)]);
         let ends = if radial {
-            [center + DVec2::from_angle(rng.within(0.0, 6.28)) * rng.within(0.0, 15.0), center]
+            [center + DVec2::from_angle(rng.within(0.0, std::f64::consts::TAU)) * rng.within(0.0, 15.0), center]
         } else {
             [a, b]
         };
@@ -139,7 +139,7 @@ fn gradients_are_their_definition() {
                 // Where a repeat jumps, a texel shows the mean of both sides.
                 let jumps = spread == "repeat";
                 assert!(mean < if jumps { 5e-3 } else { 1e-4 }, "{case:?}: {mean:e}");
-                assert!(if jumps { wrong < 0.05 } else { worst < 8e-3 }, "{case:?}: {worst:e} {wrong}");
+                assert!(if jumps { wrong < 0.05 } else { worst < 2.5e-2 }, "{case:?}: {worst:e} {wrong}");
                 let mut moved = case.clone();
                 moved.ends[0] += DVec2::new(3.0, -2.0);
                 moved.stops[0].1.x = 1.0 - moved.stops[0].1.x;
@@ -304,8 +304,9 @@ fn gradients_that_mean_harm() {
         (format!("<radialGradient id='g' r='0'>{two}</radialGradient>"), Some(blue)),
         (format!("<linearGradient id='g'>{one}</linearGradient>"), Some(red)),
         ("<linearGradient id='g'/>".to_owned(), None),
-        (format!("<linearGradient id='g' gradientTransform='scale(0)'>{two}</linearGradient>"), None),
-        (format!("<linearGradient id='g' gradientTransform='scale(1 0)'>{two}</linearGradient>"), None),
+        (format!("<linearGradient id='g' gradientTransform='matrix(1 1 1 1 0 0)'>{two}</linearGradient>"), None),
+        (format!("<linearGradient id='g' {user} x1='9' x2='9.1' gradientTransform='scale(0)'>{two}</linearGradient>"), Some(blue)),
+        (format!("<linearGradient id='g' {user} x1='9' x2='9.1' gradientTransform='scale(1 0)'>{two}</linearGradient>"), Some(blue)),
         (format!("<linearGradient id='g' {user} x1='1e30' x2='2e30'>{two}</linearGradient>"), Some(red)),
         (format!("<linearGradient id='g' {user} x1='-2e30' x2='-1e30'>{two}</linearGradient>"), Some(blue)),
         // A thousandth of a unit wide, repeated: its mean.
@@ -328,13 +329,20 @@ fn gradients_that_mean_harm() {
     }
     // What has no inverse says so.
     let art = read(&format!(
-        "<linearGradient id='g' gradientTransform='scale(1 0)'>{two}</linearGradient><rect id='r' width='50' height='50' fill='url(#g)'/><rect width='9' height='9' x='60' fill='#fff'/>"
+        "<linearGradient id='g' gradientTransform='matrix(1 1 1 1 0 0)'>{two}</linearGradient><rect id='r' width='50' height='50' fill='url(#g)'/><rect width='9' height='9' x='60' fill='#fff'/>"
     ));
     assert!(
         art.warnings.iter().any(|w| w.element == "rect \"r\"" && w.message.contains("no inverse")),
         "{:?}",
         art.warnings
     );
+    let flat = read(&format!(
+        "<linearGradient id='g' gradientTransform='scale(1 0)'>{two}</linearGradient><rect width='9' height='9' fill='url(#g)'/>"
+    ));
+    let named = |w: &glyphlight::outline::Warning| {
+        w.element == "linearGradient \"g\"" && w.message.contains("scale(1 0) flattens it")
+    };
+    assert!(flat.warnings.iter().any(named), "{:?}", flat.warnings);
     let nan = drawing(&format!("<linearGradient id='g' gradientTransform='rotate(NaN)'>{two}</linearGradient>"));
     let fault = svg(nan.as_bytes(), "t", &options(1.0)).unwrap_err().to_string();
     assert!(fault.contains("linearGradient \"g\"") && fault.contains("gradientTransform"), "{fault}");

@@ -172,7 +172,7 @@ fn images_that_mean_harm() {
     let fault = svg(drawing(&many).as_bytes(), "t", &options(1.0)).unwrap_err().to_string();
     assert!(fault.contains("texels of embedded images, more than the limit of 33554432"), "{fault}");
     let smooth =
-        read(&format!("<image id='i' image-rendering='pixelated' width='9' height='9' href='{}'/>", corners(2)));
+        read(&format!("<image id='i' image-rendering='optimizeSpeed' width='9' height='9' href='{}'/>", corners(2)));
     assert!(
         smooth.warnings.iter().any(|w| w.element == "image \"i\"" && w.message.contains("smooth")),
         "{:?}",
@@ -222,7 +222,7 @@ fn patterns_become_tiles() {
         }
         assert!(red > 50);
         let area: f64 = art.layers.iter().map(|l| l.shape.area()).sum();
-        assert!((area - 0.16 * std::f64::consts::PI).abs() < 1e-4, "{area}");
+        assert!((area - 0.16 * std::f64::consts::PI).abs() < 1e-3, "{area}");
     }
 }
 
@@ -263,5 +263,9 @@ fn patterns_of_gradients_and_of_too_many_tiles() {
         "{}<rect width='9' height='9' fill='#fff'/>",
         pattern(5.0, checks).replace("<pattern", "<pattern patternTransform='scale(0)'")
     ));
-    assert!(flat.warnings.iter().any(|w| w.message.contains("no inverse")), "{:?}", flat.warnings);
+    assert!(
+        flat.warnings.iter().any(|w| w.element == "pattern \"p\"" && w.message.contains("scale(0) flattens it")),
+        "{:?}",
+        flat.warnings
+    );
 }
