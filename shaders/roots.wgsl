@@ -118,10 +118,10 @@ fn zero_between(cubic: HeightCubic, start: f32, stop: f32, above: bool, guesses:
 // Roots of a*t^2 + 2*b*t + c, ascending, without cancellation; 2 twice where there are none.
 fn quadratic_roots(a: f32, b: f32, c: f32) -> vec2f {
     let discriminant = b * b - a * c;
-    if !(discriminant > 0.0) {
-        return vec2f(2.0);
+    if discriminant > 0.0 {
+        let root = sqrt(discriminant);
+        let q = -(b + select(root, -root, b < 0.0));
+        return vec2f(min(q / a, c / q), max(q / a, c / q));
     }
-    let root = sqrt(discriminant);
-    let q = -(b + select(root, -root, b < 0.0));
-    return vec2f(min(q / a, c / q), max(q / a, c / q));
+    return vec2f(2.0);
 }

@@ -53,7 +53,7 @@ pub struct Emitter {
 /// A region as a technique reads it.
 #[derive(Clone, Debug)]
 pub enum Geometry {
-    /// The region itself, in one colour.
+    /// The region itself.
     Shape,
     /// A chord–moment tree.
     Tree(Tree),
@@ -82,7 +82,7 @@ pub enum Geometry {
     /// A grid over the region, to be sampled.
     Sampled {
         /// The grid.
-        region: Region,
+        region: Arc<Region>,
         /// How it is sampled.
         sampling: Sampling,
     },
@@ -111,7 +111,7 @@ impl Geometry {
                 Self::Mosaic(Mosaic::new(&layer.shape, picture, whole.extent / CELLS)?)
             }
             Technique::Exact => Self::Shape,
-            Technique::Reference(sampling) => Self::Sampled { region: Region::new(&layer.shape), sampling },
+            Technique::Reference(sampling) => Self::Sampled { region: Arc::new(Region::new(&layer.shape)), sampling },
             Technique::Kuge { eps } => Self::Kuge { curves: curves(&layer.shape, square), eps },
             Technique::Uniform { segments } => Self::Uniform { curves: curves(&layer.shape, square), segments },
             Technique::Pal { basis } => {

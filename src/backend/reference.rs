@@ -1,23 +1,23 @@
 //! The Monte Carlo reference: direct light by sampling, with the error it leaves.
 //!
-//! At every shading point directions are drawn three ways: to a point of a light, chosen by what the lights may send there
-//! and evenly by area; from the specular lobe; from the cosine. Light and lobe are joined by the balance heuristic
-//! (Veach 1997, §9.2), so that every single contribution is bounded. Nothing is hidden: as with every other technique,
-//! surfaces throw no shadow and lights do not stand in each other's way.
+//! At every shading point and for each of its lobes, directions are drawn two ways: to a point of a light, chosen by what the
+//! lights may send there; and from the lobe. Both are joined by the balance heuristic (Veach 1997, §9.2), so that every
+//! single contribution is bounded. Nothing is hidden: as with every other technique, surfaces throw no shadow and lights
+//! do not stand in each other's way.
 
 pub mod estimate;
 pub mod lights;
 pub mod lobes;
-pub mod point;
+pub mod reflection;
 pub mod region;
 pub mod sampler;
 
 use super::cpu::Surfaces;
 use super::gather::Skip;
 use super::prepared::Prepared;
-use super::technique::{MAX_SPP, Sampling};
+use super::technique::{MAX_SPP, ReferenceLobe, Sampling};
 use super::{BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique};
-use crate::brdf::ltc::{Lobe, Table};
+use crate::brdf::ltc::{self, Table};
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::surface::{SurfacePoint, surface_point};
 use crate::scene::Scene;
@@ -25,9 +25,9 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use estimate::{Estimate, Plan};
 use glam::DVec3;
 use lights::Light;
-use lobes::{Gloss, Reflector};
-use point::Point;
+use lobes::Lobe;
 use rayon::prelude::*;
+use reflection::Reflection;
 use sampler::Key;
 
 /// Renders `scene` by sampling, on the processor, whatever the technique of `settings`.
@@ -61,7 +61,7 @@ pub fn render(
         plan: Plan::new(sampling, settings.samples),
         prepared: &prepared,
         surfaces: &surfaces,
-        lights: prepared.emitters.iter().map(Light::new).collect(),
+        lights: lights(&prepared),
     };
     let (pixels, mut variance, cost) = frame.run(progress);
     watch.lap("sampling");
@@ -104,12 +104,20 @@ pub fn measure(
     position: DVec3,
     alpha: f32,
 ) -> [DVec3; 2] {
-    let lights: Vec<_> = prepared.emitters.iter().map(Light::new).collect();
+    let lights = lights(prepared);
     let lobe = prepared.lobe(Table::shipped(), alpha, frame.cos_theta as f32);
-    let reflector = Reflector::meter(alpha, frame, &lobe, sampling.lobe);
-    let dips = reflector.dips();
-    let point = Point::new(&lights, reflector, |light| light.seen_from(frame, position, dips));
-    estimate(&point, sampling).mean
+    let specular = match sampling.lobe {
+        ReferenceLobe::Ltc => Lobe::ltc(&lobe, DVec3::splat((lobe.magnitude / lobe.above).into())),
+        ReferenceLobe::Ggx => Lobe::ggx(alpha, frame, DVec3::ONE, 1.0),
+    };
+    let lobes = [Lobe::Cosine(DVec3::splat(core::f64::consts::PI)), specular];
+    let see = |lobe| Reflection::new(&lights, lobe, |light, lobe| light.seen_from(frame, position, lobe));
+    estimate(lobes.map(|lobe| Some(see(lobe))), sampling).mean
+}
+
+/// The emissions that emit anything.
+fn lights(prepared: &Prepared) -> Vec<Light<'_>> {
+    prepared.emitters.iter().map(Light::new).filter(|light| !light.is_dark()).collect()
 }
 
 /// The integral of one light alone: of the plain cosine, or of a lobe, 1 for a hemisphere of radiance 1. `c` are the
@@ -121,27 +129,28 @@ pub fn integral(
     light: &Light<'_>,
     sampling: &Sampling,
     c: [DVec3; 3],
-    lobe: Option<&Lobe>,
+    lobe: Option<&ltc::Lobe>,
 ) -> Result<(DVec3, u32), Skip> {
-    let reflector = match lobe {
-        None => Reflector { diffuse: Some(DVec3::ONE), specular: None },
-        Some(lobe) => Reflector { diffuse: None, specular: Some(Gloss::ltc(lobe, DVec3::ONE)) },
-    };
-    let seen = light.source(c, reflector.dips())?;
-    let point = Point::new(core::slice::from_ref(light), reflector, |_| Ok(seen.clone()));
-    let estimate = estimate(&point, sampling);
-    let [diffuse, specular] = estimate.mean;
-    Ok((diffuse + specular, estimate.count * Plan::new(sampling, 1).batch))
+    let lobe = lobe.map_or(Lobe::Cosine(DVec3::ONE), |lobe| Lobe::ltc(lobe, DVec3::ONE));
+    light.source(c, &lobe)?;
+    let reflection = Reflection::new(core::slice::from_ref(light), lobe, |light, lobe| light.source(c, lobe));
+    let estimate = estimate([Some(reflection), None], sampling);
+    Ok((estimate.mean[0], estimate.count * Plan::new(sampling, 1).batch))
 }
 
-fn estimate(point: &Point<'_>, sampling: &Sampling) -> Estimate {
+fn estimate(reflections: [Option<Reflection<'_>>; 2], sampling: &Sampling) -> Estimate {
     let plan = Plan::new(sampling, 1);
     let key = Key::new(sampling.seed);
     plan.run(sampling.max_error, |batches, sums| {
         for (batch, sum) in batches.zip(sums) {
-            *sum = point.sample(key.part(u64::from(batch)), plan.batch);
+            *sum = sampled(&reflections, key.part(u64::from(batch)), plan.batch);
         }
     })
+}
+
+/// One batch of both reflections.
+fn sampled(reflections: &[Option<Reflection<'_>>; 2], key: Key, n: u32) -> [DVec3; 2] {
+    core::array::from_fn(|k| reflections[k].as_ref().map_or(DVec3::ZERO, |r| r.sample(key.part(k as u64), n)))
 }
 
 /// What one row of pixels has cost.
@@ -169,17 +178,13 @@ impl Cost {
         self
     }
 
-    /// Counts a light that a shading point with so many lobes has looked for.
-    fn note(&mut self, light: usize, lobes: u64, skip: Option<Skip>) {
+    /// Counts a light that a lobe has looked for.
+    fn note(&mut self, light: usize, skip: Option<Skip>) {
         let stats = &mut self.lights[light];
-        stats.candidates += 2;
         match skip {
-            None => {
-                self.integrals += lobes;
-                stats.no_lobe += 2 - lobes;
-            }
-            Some(Skip::Behind) => stats.behind += 2,
-            Some(Skip::BelowHorizon) => stats.below_horizon += 2,
+            None => self.integrals += 1,
+            Some(Skip::Behind) => stats.behind += 1,
+            Some(Skip::BelowHorizon) => stats.below_horizon += 1,
         }
     }
 }
@@ -229,9 +234,10 @@ impl Frame<'_> {
         let batch_size = self.plan.batch;
         let estimate = self.plan.run(self.sampling.max_error, |batches, sums| {
             for (position, surface) in &points {
-                let point = self.shading_point(surface, (batches.start == 0).then_some(&mut *cost));
+                let reflections = self.reflections(surface, (batches.start == 0).then_some(&mut *cost));
                 for (batch, sum) in batches.clone().zip(&mut *sums) {
-                    let [diffuse, specular] = point.sample(key.part(u64::from(batch)).part(*position), batch_size);
+                    let key = key.part(u64::from(batch)).part(*position);
+                    let [diffuse, specular] = sampled(&reflections, key, batch_size);
                     sum[0] += diffuse * share;
                     sum[1] += specular * share;
                 }
@@ -258,22 +264,27 @@ impl Frame<'_> {
         (0..).zip(&prepared.offsets).filter_map(hit).collect()
     }
 
-    /// Counts in `cost`, if given.
-    fn shading_point(&self, point: &SurfacePoint, mut cost: Option<&mut Cost>) -> Point<'_> {
+    /// The lobes of a surface point with their lights; counted in `cost`, if given.
+    fn reflections(&self, point: &SurfacePoint, mut cost: Option<&mut Cost>) -> [Option<Reflection<'_>>; 2] {
         let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
         let lobe = self.prepared.lobe(Table::shipped(), point.alpha, frame.cos_theta as f32);
-        let reflector = Reflector::new(point, &frame, lobe, self.sampling.lobe);
-        let lobes = u64::from(reflector.diffuse.is_some()) + u64::from(reflector.specular.is_some());
-        let dips = reflector.dips();
+        let lobes = lobes::of_surface(point, &frame, lobe, self.sampling.lobe);
         if let Some(cost) = &mut cost {
             cost.shaded += 1;
-        }
-        Point::new(&self.lights, reflector, |light| {
-            let seen = light.seen_from(&frame, point.position.as_dvec3(), dips);
-            if let Some(cost) = &mut cost {
-                cost.note(light.emitter().light, lobes, seen.as_ref().err().copied());
+            for light in &self.lights {
+                let stats = &mut cost.lights[light.emitter().light];
+                stats.candidates += 2;
+                stats.no_lobe += lobes.iter().filter(|lobe| lobe.is_none()).count() as u64;
             }
-            seen
+        }
+        lobes.map(|lobe| {
+            Some(Reflection::new(&self.lights, lobe?, |light, lobe| {
+                let seen = light.seen_from(&frame, point.position.as_dvec3(), lobe);
+                if let Some(cost) = &mut cost {
+                    cost.note(light.emitter().light, seen.as_ref().err().copied());
+                }
+                seen
+            }))
         })
     }
 }

@@ -9,8 +9,8 @@ pub enum Technique {
     /// The chord–moment tree: error bounded by the tolerance, cost nearly independent of the curve count.
     #[default]
     Tree,
-    /// Adaptive contour integration in float64: the yardstick, right to 1e-10 and slow. CPU only. Of a picture it takes the mean
-    /// colour over the layer.
+    /// Adaptive contour integration in float64: the yardstick, right to 1e-10 and slow. CPU only; a light with a picture
+    /// is an error.
     Exact,
     /// Curves subdivided by what they contribute, clipped by roots (Kuge, Yatagawa, Morishima, JCGT 11(1), 2022).
     Kuge {

@@ -181,6 +181,7 @@ fn projected_area(map: &CosineMap, polygon: &Polygon, edges: &[Vec4], place: Vec
 }
 
 /// The approximate integral of the specular lobe of GGX width `alpha`, for a view at `cos_theta`; `map` is not to have D = 0.
+#[expect(clippy::manual_clamp, reason = "clamp would hand NaN on")]
 pub fn pal_specular(map: &CosineMap, view: PolygonsView<'_>, alpha: f32, cos_theta: f32) -> PalIntegral {
     let mut sum = PalIntegral { value: 0.0, visited: 0 };
     let c = cos_theta.max(0.0).min(1.0);

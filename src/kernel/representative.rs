@@ -125,6 +125,7 @@ impl Body {
     /// all directions. For a mirror 1 where the light is seen. 0 inside a body.
     ///
     /// `alpha` is clamped to [`ALPHA_MIN`]..1, `cos_theta` to 0..1. Total: any finite body gives a finite value, at least 0.
+    #[expect(clippy::manual_clamp, reason = "clamp would hand NaN on")]
     pub fn specular(&self, alpha: f32, cos_theta: f32, magnitude: f32) -> f32 {
         let alpha = alpha.max(ALPHA_MIN).min(1.0);
         let c = cos_theta.max(0.0).min(1.0);

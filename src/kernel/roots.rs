@@ -83,7 +83,8 @@ pub fn crossings(h: [f32; 4]) -> Crossings {
     let (mut from, mut above) = (0.0, h[0] > 0.0);
     for stop in [turns[0], turns[1], 1.0] {
         let last = stop == 1.0;
-        if !last && !(stop > from && stop < 1.0) {
+        let inside = stop > from && stop < 1.0;
+        if !(last || inside) {
             continue;
         }
         let next = if last { h[3] > 0.0 } else { cubic.at(stop) > 0.0 };
@@ -127,10 +128,10 @@ fn zero_between(cubic: &HeightCubic, from: f32, to: f32, above: bool, guesses: [
 /// Roots of a·t² + 2·b·t + c, ascending, without cancellation; 2 twice where there are none.
 fn quadratic_roots(a: f32, b: f32, c: f32) -> [f32; 2] {
     let discriminant = b * b - a * c;
-    if !(discriminant > 0.0) {
-        return [2.0, 2.0];
+    if discriminant > 0.0 {
+        let q = -(b + discriminant.sqrt().copysign(b));
+        let (r, s) = (q / a, c / q);
+        return [r.min(s), r.max(s)];
     }
-    let q = -(b + discriminant.sqrt().copysign(b));
-    let (r, s) = (q / a, c / q);
-    [r.min(s), r.max(s)]
+    [2.0, 2.0]
 }

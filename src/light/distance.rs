@@ -16,6 +16,8 @@ const EDGES: f64 = 1024.0;
 pub const TEXTURE: usize = 512;
 /// Fewest texels along the side of a polygon's share.
 pub const SMALLEST: usize = 32;
+/// Most points of a hole that are asked what they are in.
+const ASKED: usize = 9;
 /// Texels along the side of a block, which has one list of the edges that may be nearest.
 const BLOCK: usize = 16;
 
@@ -143,13 +145,18 @@ fn grouped(outlines: &[Outline]) -> Vec<Group<'_>> {
     let outer: Vec<&Outline> = outlines.iter().filter(|o| o.area > 0.0).collect();
     let mut holes: Vec<Vec<&Outline>> = vec![Vec::new(); outer.len()];
     for hole in outlines.iter().filter(|o| o.area < 0.0) {
+        let asked: Vec<DVec2> = hole.points.iter().copied().step_by(hole.points.len().div_ceil(ASKED)).collect();
+        let half = asked.len().div_ceil(2);
         let around = |o: &Outline| {
-            if o.bounds.overlaps(hole.bounds) { hole.points.iter().filter(|p| o.has_inside(**p)).count() } else { 0 }
+            if o.bounds.overlaps(hole.bounds) {
+                asked.iter().filter(|p| o.has_inside(**p)).count().min(half)
+            } else {
+                0
+            }
         };
-        let best = (0..outer.len()).map(|i| (i, around(outer[i]))).max_by(|(i, n), (j, m)| {
-            let half = hole.points.len().div_ceil(2);
-            n.min(&half).cmp(m.min(&half)).then(outer[*j].area.total_cmp(&outer[*i].area))
-        });
+        let best = (0..outer.len())
+            .map(|i| (i, around(outer[i])))
+            .max_by(|(i, n), (j, m)| n.cmp(m).then(outer[*j].area.total_cmp(&outer[*i].area)));
         if let Some((i, _)) = best {
             holes[i].push(hole);
         }

@@ -80,7 +80,7 @@ pub struct ArtLayer {
     pub opacity: f64,
     /// The colours from place to place, if they are not one; what lay below translucent paint is mixed in.
     ///
-    /// Gradients of random stops are within 1e-4 of their definition in the mean, 1.5e-2 at the corners of the stops (white is 1); where
+    /// Gradients of random stops are within 1e-4 of their definition in the mean, 2.5e-2 at the corners of the stops (white is 1); where
     /// colours jump, a texel shows both sides. An upright image has its own pixels for texels, up to 2048 along a side.
     pub picture: Option<Arc<Picture>>,
     /// The elements it comes from, for messages.

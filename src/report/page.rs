@@ -140,7 +140,7 @@ impl Comparison {
                     picture(out, pictures, map, &format!("{} of {label}", escape(&block.title())));
                 }
                 let _ =
-                    write!(out, "</div><figcaption><strong>{label}</strong> {}</figcaption></figure>\n", caption(row));
+                    writeln!(out, "</div><figcaption><strong>{label}</strong> {}</figcaption></figure>", caption(row));
             }
             out.push_str("</div>\n");
         }

@@ -132,3 +132,31 @@ fn colours_are_integrated_within_the_tolerance() {
     assert!(texels < 4e-3, "{texels}");
     assert!(noticed > 6, "{noticed}");
 }
+
+#[cfg(feature = "gpu")]
+#[test]
+fn both_backends_give_the_same_picture() {
+    use crate::backends::{agree, difference, floor, render, settings, white_level};
+    use glyphlight::backend::cpu::CpuBackend;
+    use glyphlight::scene::Material;
+    let Some(gpu) = crate::backends::gpu() else { return };
+    for (shape, two_sided) in [(ring(), false), (Shape::rectangle(DVec2::new(-0.8, -0.5), DVec2::new(0.8, 0.5)), true)]
+    {
+        let scene = |size: f64| {
+            let pictured = picture(32, DVec2::splat(-size), DVec2::splat(size));
+            // It dips through the floor, so that both horizons cut it.
+            let mut light = light(shape.clone(), pictured);
+            light.placement.origin.y = 0.4;
+            light.two_sided = two_sided;
+            floor(Material { alpha: 0.15, ..Material::default() }, light)
+        };
+        let (scene, other) = (scene(1.0), scene(1.05));
+        let white = white_level(&scene);
+        let on_cpu = render(&CpuBackend, &scene, &settings(1));
+        let on_gpu = render(gpu, &scene, &settings(1));
+        let found = difference(&on_cpu.film, &on_gpu.film, white);
+        println!("mosaic, two-sided {two_sided}: {found:?}, {} parts", on_cpu.stats.nodes);
+        assert!(agree(found), "{found:?}");
+        assert!(!agree(difference(&render(&CpuBackend, &other, &settings(1)).film, &on_gpu.film, white)));
+    }
+}

@@ -243,7 +243,7 @@ fn the_reflection_follows_the_formula() {
             let expected = fade * (1.0 + beyond.max(0.0) / radius).powf(-exponent);
             assert!((value - expected).abs() < 5e-3 * fade + 1e-6, "{alpha} {beyond}: {value}, {expected}");
             let rougher = f64::from(specular(&shape, &polygons, c, alpha.sqrt(), cos_theta));
-            assert!(beyond < 0.1 || beyond > 0.7 || alpha == 1.0 || rougher > value, "{alpha} {beyond}");
+            assert!(!(0.1..=0.7).contains(&beyond) || alpha == 1.0 || rougher > value, "{alpha} {beyond}");
         }
     }
 }

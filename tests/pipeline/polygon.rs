@@ -123,7 +123,7 @@ type Maker = fn(&mut Rng) -> Placed;
 /// where the light touches the point or the lobe is narrow, since curves are stored in f32 (6e-8 of the light's width).
 const BREAKS: [(&str, f64, Maker); 9] = [
     ("height nearly quadratic: TrueType curves over the horizon", 1e-5, |rng| {
-        let corner = |i: u32| DVec2::from_angle(f64::from(i) * 1.047_197) * 0.9;
+        let corner = |i: u32| DVec2::from_angle(f64::from(i) * std::f64::consts::FRAC_PI_3) * 0.9;
         let quads = (0..6).map(|i| {
             let (a, b) = (corner(i), corner((i + 1) % 6));
             CubicBez::quad(a, (a + b) * rng.within(0.35, 0.9), b)
@@ -265,7 +265,7 @@ fn contact_is_finite_and_bounded() {
     }
     println!("{most} edges at most");
     // More than the published stack of 12 could hold, and less than the bound for one curve.
-    assert!(most > 64 && most < 2 * INTERVALS << HALVINGS, "{most}");
+    assert!(most > 64 && most < (2 * INTERVALS) << HALVINGS, "{most}");
 }
 
 /// Root-mean-square error and mean number of edges over the placements.

@@ -11,6 +11,7 @@ use brute::Body;
 use glam::{DAffine2, DVec2, DVec3};
 use glyphlight::backend::gather::Images;
 use glyphlight::backend::prepared::Prepared;
+use glyphlight::backend::technique::{ReferenceLobe, Sampling};
 use glyphlight::backend::{Horizons, Settings, Technique};
 use glyphlight::brdf::ltc::{Lobe, Table};
 use glyphlight::kernel::frame::ShadingFrame;
@@ -361,4 +362,56 @@ fn inside_it_is_dark() {
         prepared(&light(simple::disc(0.3), Placement { origin: DVec3::X, x: DVec3::Y, y: DVec3::Z }), Technique::Tree);
     let disc = sum(&cap, DVec3::new(1.2, 0.1, 0.0));
     assert!(before > 0.5 && (before - disc).abs() < 1e-3, "{before} {disc}");
+}
+
+/// Every technique that knows no bodies takes their silhouettes: those that converge, converge to the yardstick.
+#[test]
+fn polygon_techniques_take_silhouettes() {
+    let mut rng = Rng(14);
+    let techniques = [Technique::Kuge { eps: Some(1e-7) }, Technique::Uniform { segments: 64 }];
+    for (light, body) in [sphere_at(&mut rng), tube_at(&mut rng, 3.0)] {
+        let exact = prepared(&light, Technique::Exact);
+        let [fine, coarse] = [techniques, [Technique::Kuge { eps: Some(1.0) }, Technique::Uniform { segments: 2 }]]
+            .map(|t| t.map(|t| prepared(&light, t)));
+        let mut worst = [[0.0_f64; 2]; 2];
+        for case in cases(&mut rng, &body, 60).iter().filter(|c| c.lobe.is_none()) {
+            let at = |prepared: &Prepared| gather(prepared, &case.frame, case.position, None);
+            let truth = at(&exact);
+            for (worst, prepared) in worst.iter_mut().zip([&fine, &coarse]) {
+                for (worst, prepared) in worst.iter_mut().zip(prepared) {
+                    *worst = worst.max((at(prepared) - truth).abs());
+                }
+            }
+        }
+        println!(
+            "kuge and uniform: fine {:.1e} {:.1e}, coarse {:.1e} {:.1e}",
+            worst[0][0], worst[0][1], worst[1][0], worst[1][1]
+        );
+        assert!(worst[0].iter().all(|&w| w < 2e-5) && worst[1].iter().all(|&w| w > 6e-5), "{worst:?}");
+    }
+}
+
+/// The silhouettes are those of the bodies whose surfaces the Monte Carlo reference samples.
+#[test]
+fn the_reference_samples_the_same_bodies() {
+    let mut rng = Rng(15);
+    let sampling = Sampling { spp: 4096, lobe: ReferenceLobe::Ltc, ..Sampling::default() };
+    for (light, body) in [sphere_at(&mut rng), tube_at(&mut rng, 0.4), tube_at(&mut rng, 6.0)] {
+        let sampled = prepared(&light, Technique::Reference(sampling));
+        let mut larger = light.clone();
+        larger.placement.x *= 1.1;
+        larger.placement.y *= 1.1;
+        let exact = [&light, &larger].map(|l| prepared(l, Technique::Exact));
+        assert_eq!(sampled.emitters.len(), 1, "a body is one light to sample");
+        let mut squares = [0.0; 2];
+        for case in cases(&mut rng, &body, 40) {
+            let value = gather(&sampled, &case.frame, case.position, case.lobe.as_ref());
+            for (square, exact) in squares.iter_mut().zip(&exact) {
+                *square += (value - gather(exact, &case.frame, case.position, case.lobe.as_ref())).powi(2) / 40.0;
+            }
+        }
+        let [same, other] = squares.map(f64::sqrt);
+        println!("reference of 4096 samples: rms {same:.1e}; to a body 10 % larger {other:.1e}");
+        assert!(same < 2e-3 && other > 4.0 * same, "{same:e} {other:e}");
+    }
 }

@@ -172,7 +172,7 @@ impl Emitters {
         for emitter in emitters {
             let mut packed = Emitter::new(emitter);
             match &emitter.geometry {
-                Geometry::Shape { .. } | Geometry::Sampled { .. } => {}
+                Geometry::Shape | Geometry::Sampled { .. } => {}
                 Geometry::Kuge { curves, .. } | Geometry::Uniform { curves, .. } => {
                     [packed.first, packed.end] = all.regions.extend(curves);
                 }

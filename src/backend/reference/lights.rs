@@ -2,6 +2,7 @@
 //!
 //! All in the shading frame with the point as origin, f64. Densities are per steradian.
 
+use super::lobes::Lobe;
 use super::region::{Region, Tile};
 use crate::backend::emitter::{Emitter, Geometry};
 use crate::backend::gather::Skip;
@@ -10,9 +11,10 @@ use crate::light::Form;
 use core::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// Half the size of a light over its distance from which its tiles are told apart.
-const NEAR: f64 = 0.25;
+const NEAR: f64 = 0.1;
 /// Part of the samples that go evenly to the tiles.
 const EVEN: f64 = 0.125;
 
@@ -22,14 +24,14 @@ pub struct Light<'a> {
     emitter: &'a Emitter,
     /// Linear Rec.709, to be multiplied by the picture.
     radiance: DVec3,
-    body: Body<'a>,
+    body: Body,
     /// Brightest component of the mean radiance.
     strength: f64,
 }
 
 #[derive(Clone, Debug)]
-enum Body<'a> {
-    Flat(Cow<'a, Region>),
+enum Body {
+    Flat(Arc<Region>),
     /// World units.
     Sphere {
         radius: f64,
@@ -76,8 +78,8 @@ enum Place<'a> {
 /// How a light stands to a shading point.
 struct View<'a> {
     place: Place<'a>,
-    /// Solid angle times both cosines, over π, roughly; more than 0.
-    extent: f64,
+    /// Roughly what comes back of radiance 1, more than 0.
+    worth: f64,
 }
 
 /// Light from one direction.
@@ -97,8 +99,8 @@ impl<'a> Light<'a> {
         let [x, y] = [emitter.placement.x.length(), emitter.placement.y.length()];
         let body = match emitter.form {
             Form::Outline | Form::Rectangle | Form::Disc => Body::Flat(match &emitter.geometry {
-                Geometry::Sampled { region, .. } => Cow::Borrowed(region),
-                _ => Cow::Owned(Region::new(&emitter.shape)),
+                Geometry::Sampled { region, .. } => Arc::clone(region),
+                _ => Arc::new(Region::new(&emitter.shape)),
             }),
             Form::Sphere { radius } => Body::Sphere { radius: radius * (x * y).sqrt() },
             Form::Tube { radius, length } => Body::Tube { radius: radius * y, half_length: 0.5 * length * x },
@@ -126,82 +128,75 @@ impl<'a> Light<'a> {
         self.strength <= 0.0
     }
 
-    /// The light from a point relative to the camera, and how much of the samples it deserves (more than 0). `dips`: whether
-    /// light from below the surface counts.
-    pub fn seen_from(&'a self, frame: &ShadingFrame, position: DVec3, dips: bool) -> Result<(Source<'a>, f64), Skip> {
+    /// The light from a point relative to the camera whose `lobe` it meets, and roughly how much it sends back: what it
+    /// deserves of the samples, more than 0.
+    pub fn seen_from(&'a self, frame: &ShadingFrame, position: DVec3, lobe: &Lobe) -> Result<(Source<'a>, f64), Skip> {
         let p = &self.emitter.placement;
         let c = [p.x, p.y, p.origin - position].map(|v| frame.to_local(v));
-        self.source(c, dips)
+        self.source(c, lobe)
     }
 
     /// As [`Light::seen_from`], by the images in the shading frame of the light-space x axis, y axis and origin.
-    pub fn source(&'a self, c: [DVec3; 3], dips: bool) -> Result<(Source<'a>, f64), Skip> {
-        let View { place, extent } = match &self.body {
-            Body::Flat(region) => self.flat(region, c, dips)?,
-            Body::Sphere { radius } => self.sphere(*radius, c[2], dips)?,
-            Body::Tube { radius, half_length } => self.tube(*radius, *half_length, c, dips)?,
+    pub fn source(&'a self, c: [DVec3; 3], lobe: &Lobe) -> Result<(Source<'a>, f64), Skip> {
+        let View { place, worth } = match &self.body {
+            Body::Flat(region) => self.flat(region, c, lobe)?,
+            Body::Sphere { radius } => self.sphere(*radius, c[2], lobe)?,
+            Body::Tube { radius, half_length } => self.tube(*radius, *half_length, c, lobe)?,
         };
-        Ok((Source { light: self, c, place }, self.strength * extent))
+        Ok((Source { light: self, c, place }, self.strength * worth))
     }
 
-    fn flat(&self, region: &'a Region, c: [DVec3; 3], dips: bool) -> Result<View<'a>, Skip> {
+    fn flat(&self, region: &'a Region, c: [DVec3; 3], lobe: &Lobe) -> Result<View<'a>, Skip> {
         let cross = [c[0].cross(c[1]), c[1].cross(c[2]), c[2].cross(c[0])];
         let volume = cross[0].dot(c[2]);
         if volume == 0.0 || (volume > 0.0 && !self.emitter.two_sided) {
             return Err(Skip::Behind);
         }
-        let bounds = region.bounds();
-        let at = |p: DVec2| c[0] * p.x + c[1] * p.y + c[2];
-        // Largest height of a box over its middle's, and largest distance from it.
-        let rise = |half: DVec2| c[0].z.abs() * half.x + c[1].z.abs() * half.y;
-        let reach = |half: DVec2| (c[0] * half.x).length() + (c[1] * half.y).length();
-        let (center, half) = (at(bounds.center()), bounds.size() * 0.5);
-        if center.z + rise(half) <= 0.0 && !dips {
-            return Err(Skip::BelowHorizon);
-        }
-        // Solid angle times both cosines over π, roughly, of so many cells in a box.
-        let scale = volume.abs() * region.cell_area() / PI;
-        let extent = |cells: u32, center: DVec3, half: DVec2| {
-            let reach = reach(half);
-            let soft = center.length_squared() + reach * reach;
-            let height = center.z + rise(half);
-            let least = if dips { 0.01 * soft.sqrt() } else { 0.0 };
-            scale * f64::from(cells) * height.max(least) / (soft * soft)
+        // Of so many cells in a box, at the distance of its middle.
+        let worth = |cells: u32, center: DVec2, half: DVec2| {
+            let center = c[0] * center.x + c[1] * center.y + c[2];
+            let reach = (c[0] * half.x).length() + (c[1] * half.y).length();
+            let rise = c[0].z.abs() * half.x + c[1].z.abs() * half.y;
+            let distance = center.length().hypot(reach);
+            let solid_angle = volume.abs() * region.cell_area() * f64::from(cells) / distance.powi(3);
+            Some(solid_angle * seen(lobe, center, rise, reach)?)
         };
-        let near = reach(half) > NEAR * center.length();
-        let (chances, extent) = if near {
-            let weight = |tile: &Tile| extent(tile.cells, at(tile.center), tile.half);
+        let bounds = region.bounds();
+        let half = bounds.size() * 0.5;
+        let cells = (region.area() / region.cell_area()).round() as u32;
+        let whole = worth(cells, bounds.center(), half).ok_or(Skip::BelowHorizon)?;
+        let center = c[0] * bounds.center().x + c[1] * bounds.center().y + c[2];
+        let (chances, worth) = if (c[0] * half.x).length().hypot((c[1] * half.y).length()) > NEAR * center.length() {
+            let weight = |tile: &Tile| worth(tile.cells, tile.center, tile.half).unwrap_or(0.0);
             tile_chances(region, weight).ok_or(Skip::BelowHorizon)?
         } else {
-            let cells = (region.area() / region.cell_area()).round() as u32;
-            (Cow::Borrowed(region.even()), extent(cells, center, half))
+            (Cow::Borrowed(region.even()), whole)
         };
-        Ok(View { place: Place::Flat { region, cross, volume, chances }, extent })
+        Ok(View { place: Place::Flat { region, cross, volume, chances }, worth })
     }
 
-    fn sphere(&self, radius: f64, center: DVec3, dips: bool) -> Result<View<'a>, Skip> {
-        let distance = center.length();
-        let inside = distance < radius;
+    fn sphere(&self, radius: f64, center: DVec3, lobe: &Lobe) -> Result<View<'a>, Skip> {
+        let inside = center.length() < radius;
         if inside && !self.emitter.two_sided {
             return Err(Skip::Behind);
         }
-        let sine = (radius / distance).min(1.0);
-        let incidence = incidence(center.z + radius, distance + radius, dips)?;
-        Ok(View { place: Place::Sphere { radius, inside }, extent: sine * sine * incidence })
+        let sine = (radius / center.length()).min(1.0);
+        let worth = PI * sine * sine * seen(lobe, center, radius, radius).ok_or(Skip::BelowHorizon)?;
+        Ok(View { place: Place::Sphere { radius, inside }, worth })
     }
 
-    fn tube(&self, radius: f64, half_length: f64, [x, _, center]: [DVec3; 3], dips: bool) -> Result<View<'a>, Skip> {
+    fn tube(&self, radius: f64, half_length: f64, [x, _, center]: [DVec3; 3], lobe: &Lobe) -> Result<View<'a>, Skip> {
         let axis = x.normalize();
         let along = axis.dot(center);
         let inside = (center - axis * along).length() < radius && along.abs() < half_length;
         if inside && !self.emitter.two_sided {
             return Err(Skip::Behind);
         }
-        let highest = center.z + axis.z.abs() * half_length + radius * (1.0 - axis.z * axis.z).max(0.0).sqrt();
-        let area = radius * (4.0 * half_length + PI * radius);
-        let distance = (center.length_squared() + area).sqrt();
-        let extent = area / (distance * distance) / PI * incidence(highest, distance, dips)?;
-        Ok(View { place: Place::Tube { axis, radius, half_length, inside }, extent })
+        let rise = axis.z.abs() * half_length + radius * (1.0 - axis.z * axis.z).max(0.0).sqrt();
+        let solid_angle = radius * (4.0 * half_length + PI * radius) / (center.length_squared() + radius * radius);
+        let reach = half_length.hypot(radius);
+        let worth = solid_angle * seen(lobe, center, rise, reach).ok_or(Skip::BelowHorizon)?;
+        Ok(View { place: Place::Tube { axis, radius, half_length, inside }, worth })
     }
 
     /// Radiance at a light-space point of the emission.
@@ -213,12 +208,13 @@ impl<'a> Light<'a> {
     }
 }
 
-/// The cosine at the surface of a body with so high a top at so far a distance, roughly.
-fn incidence(highest: f64, distance: f64, dips: bool) -> Result<f64, Skip> {
-    if highest <= 0.0 && !dips {
-        return Err(Skip::BelowHorizon);
-    }
-    Ok((highest / distance).clamp(0.01, 1.0))
+/// [`Lobe::worth`] of a patch about `center` that reaches so far from it and rises so far over it. `None` where none of it can
+/// be reflected.
+fn seen(lobe: &Lobe, center: DVec3, rise: f64, reach: f64) -> Option<f64> {
+    let distance = center.length().hypot(reach);
+    let highest = if lobe.dips() { 1.0 } else { (center.z + rise) / distance };
+    let worth = |highest: f64| lobe.worth(center.normalize_or(DVec3::Z), highest.min(1.0), reach / distance);
+    (highest > 0.0).then(|| worth(highest))
 }
 
 /// Chances of a region's tiles by their weight, an eighth of them by their area where there is weight at all; and the sum of

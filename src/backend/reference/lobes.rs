@@ -1,28 +1,21 @@
-//! What a surface point reflects: values, densities and samples of the plain cosine and of the specular lobe, in f64.
+//! What a surface point reflects: values, densities and samples of its lobes, in f64.
 //!
 //! Directions are unit vectors of the shading frame: z the normal, the view (sin θ, 0, cos θ).
 
 use crate::backend::technique::ReferenceLobe;
 use crate::brdf::ggx;
-use crate::brdf::ltc::{ALPHA_MIN, Lobe};
+use crate::brdf::ltc;
+use crate::brdf::ltc::ALPHA_MIN;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::surface::SurfacePoint;
 use core::f64::consts::{PI, TAU};
 use glam::{DMat3, DVec2, DVec3};
 
-/// The clamped cosine max(z, 0)/π, which is its own density.
-pub fn cosine(l: DVec3) -> f64 {
-    l.z.max(0.0) / PI
-}
-
-/// A direction with density [`cosine`].
-pub fn sample_cosine([u, v]: [f64; 2]) -> DVec3 {
-    (DVec2::from_angle(TAU * u) * v.sqrt()).extend((1.0 - v).max(0.0).sqrt())
-}
-
-/// The specular lobe at one point.
+/// One reflection of a surface point, with the weight it has.
 #[derive(Clone, Copy, Debug)]
-pub enum Gloss {
+pub enum Lobe {
+    /// The plain cosine max(z, 0)/π times a weight.
+    Cosine(DVec3),
     /// GGX, height-correlated, with Schlick's Fresnel at the half vector.
     Ggx {
         /// Width; not under the least of the lobes' table, so that a mirror is a very narrow lobe.
@@ -34,7 +27,7 @@ pub enum Gloss {
         /// Reflectance at grazing incidence.
         f90: f64,
     },
-    /// The linearly transformed cosine.
+    /// A linearly transformed cosine.
     Ltc {
         /// Cosine space to the shading frame, and back.
         maps: [DMat3; 2],
@@ -47,49 +40,29 @@ pub enum Gloss {
     },
 }
 
-/// What a point reflects.
-#[derive(Clone, Copy, Debug)]
-pub struct Reflector {
-    /// Weight of [`cosine`]; `None` where it is zero.
-    pub diffuse: Option<DVec3>,
-    /// `None` where its weight is zero.
-    pub specular: Option<Gloss>,
+/// The diffuse and the specular reflection of a point with the weights they have with every other technique: the diffuse part is
+/// Lambert's less what the specular one takes by the table. `None` where the weight is zero. `lobe` is the point's.
+pub fn of_surface(
+    point: &SurfacePoint,
+    frame: &ShadingFrame,
+    lobe: ltc::Lobe,
+    kind: ReferenceLobe,
+) -> [Option<Lobe>; 2] {
+    let reflectance = point.reflectance(lobe);
+    let visible = |weight: DVec3| (weight.max_element() > 0.0).then_some(weight);
+    let specular = visible(reflectance.specular.as_dvec3()).map(|weight| match kind {
+        ReferenceLobe::Ltc => Lobe::ltc(&lobe, weight),
+        ReferenceLobe::Ggx => {
+            let (f0, f90) = point.fresnel_ends();
+            Lobe::ggx(point.alpha, frame, f0.as_dvec3(), f90.into())
+        }
+    });
+    [visible(reflectance.diffuse.as_dvec3()).map(Lobe::Cosine), specular]
 }
 
-impl Reflector {
-    /// With the weights of every other technique: the diffuse part is Lambert's less what the lobe takes by the table.
-    /// `lobe` is the point's.
-    pub fn new(point: &SurfacePoint, frame: &ShadingFrame, lobe: Lobe, kind: ReferenceLobe) -> Self {
-        let reflectance = point.reflectance(lobe);
-        let visible = |weight: DVec3| (weight.max_element() > 0.0).then_some(weight);
-        let specular = visible(reflectance.specular.as_dvec3()).map(|weight| match kind {
-            ReferenceLobe::Ltc => Gloss::ltc(&lobe, weight),
-            ReferenceLobe::Ggx => {
-                let (f0, f90) = point.fresnel_ends();
-                Gloss::ggx(point.alpha, frame, f0.as_dvec3(), f90.into())
-            }
-        });
-        Self { diffuse: visible(reflectance.diffuse.as_dvec3()), specular }
-    }
-
-    /// One that takes the irradiance, and the reflection by a specular lobe with Fresnel = 1.
-    pub fn meter(alpha: f32, frame: &ShadingFrame, lobe: &Lobe, kind: ReferenceLobe) -> Self {
-        let specular = match kind {
-            ReferenceLobe::Ltc => Gloss::ltc(lobe, DVec3::splat((lobe.magnitude / lobe.above).into())),
-            ReferenceLobe::Ggx => Gloss::ggx(alpha, frame, DVec3::ONE, 1.0),
-        };
-        Self { diffuse: Some(DVec3::splat(PI)), specular: Some(specular) }
-    }
-
-    /// Whether light from below the surface is reflected: by a lobe that is clipped at z = 0 of cosine space only.
-    pub fn dips(&self) -> bool {
-        matches!(self.specular, Some(Gloss::Ltc { horizon, .. }) if horizon.truncate() == DVec2::ZERO)
-    }
-}
-
-impl Gloss {
+impl Lobe {
     /// A lobe of the table with the weight it is reflected by.
-    pub fn ltc(lobe: &Lobe, weight: DVec3) -> Self {
+    pub fn ltc(lobe: &ltc::Lobe, weight: DVec3) -> Self {
         let back = lobe.m_inv.mat3().as_dmat3();
         let horizon = lobe.m_row_z.as_dvec3();
         Self::Ltc { maps: [back.inverse(), back], scale: back.determinant() / PI, horizon, weight }
@@ -103,6 +76,7 @@ impl Gloss {
     /// f(v, l)·cos θ_l, 1/sr; zero for a direction below the horizon.
     pub fn value(&self, l: DVec3) -> DVec3 {
         match *self {
+            Self::Cosine(weight) => weight * (l.z.max(0.0) / PI),
             Self::Ggx { .. } if l.z <= 0.0 => DVec3::ZERO,
             Self::Ggx { alpha, view, f0, f90 } => {
                 let x = (1.0 - view.dot((view + l).normalize())).max(0.0).powi(5);
@@ -118,9 +92,10 @@ impl Gloss {
         }
     }
 
-    /// Density of [`Gloss::sample`], 1/sr, at a direction whose value is not zero.
+    /// Density of [`Lobe::sample`], 1/sr, at a direction whose value is not zero.
     pub fn density(&self, l: DVec3) -> f64 {
         match *self {
+            Self::Cosine(_) => l.z.max(0.0) / PI,
             Self::Ggx { alpha, view, .. } => ggx::visible_density(alpha, view, l),
             Self::Ltc { maps: [_, back], scale, .. } => {
                 let p = back * l;
@@ -134,7 +109,9 @@ impl Gloss {
     /// GGX by its visible normals: Dupuy, Benyoub, *Sampling Visible GGX Normals with Spherical Caps*, HPG 2023. The
     /// transformed cosine by transforming a cosine: Heitz 2016, §3.
     pub fn sample(&self, [u, v]: [f64; 2]) -> DVec3 {
+        let cosine = || (DVec2::from_angle(TAU * u) * v.sqrt()).extend((1.0 - v).max(0.0).sqrt());
         match *self {
+            Self::Cosine(_) => cosine(),
             Self::Ggx { alpha, view, .. } => {
                 let stretched = DVec3::new(alpha * view.x, alpha * view.y, view.z).normalize();
                 let z = (1.0 - v) * (1.0 + stretched.z) - stretched.z;
@@ -143,7 +120,23 @@ impl Gloss {
                 let h = DVec3::new(alpha * h.x, alpha * h.y, h.z.max(0.0)).normalize_or(DVec3::Z);
                 h * (2.0 * view.dot(h)) - view
             }
-            Self::Ltc { maps: [there, _], .. } => (there * sample_cosine([u, v])).normalize_or(DVec3::Z),
+            Self::Ltc { maps: [there, _], .. } => (there * cosine()).normalize_or(DVec3::Z),
         }
+    }
+
+    /// Roughly what is reflected per radiance and solid angle of a patch of light, to share samples out by: the patch is seen
+    /// under the angle 2·`radius` about `l`, and `highest` is the largest cosine in it. More than 0 where that is.
+    pub fn worth(&self, l: DVec3, highest: f64, radius: f64) -> f64 {
+        // A lobe narrower than a patch may lie between the middles of two. Its own samples find it; here it counts as much.
+        const MISSED: f64 = 0.1;
+        match self {
+            Self::Cosine(_) => highest,
+            _ => MISSED * highest + self.value(l).max_element().min(1.0 / (PI * radius * radius)),
+        }
+    }
+
+    /// Whether light from below the surface is reflected: by a lobe that is clipped at z = 0 of cosine space only.
+    pub fn dips(&self) -> bool {
+        matches!(self, Self::Ltc { horizon, .. } if horizon.truncate() == DVec2::ZERO)
     }
 }

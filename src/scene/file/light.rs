@@ -94,7 +94,7 @@ pub(super) fn read(
     let source = Source { table, value, folder };
     let mut said = Vec::new();
     let Art { mut layers, form } = build(&source, &mut said)?;
-    lay_picture(&source, *key, form, &mut layers)?;
+    lay_picture(&source, key, form, &mut layers)?;
     if *key != "path" && table.get("fill_rule").is_some() {
         said.push(Warning { element: "fill_rule".into(), message: format!("has no effect on {key}") });
     }

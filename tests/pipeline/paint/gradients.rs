@@ -42,7 +42,7 @@ impl Case {
         let stops = stops.collect();
         let radii = radial.then(|| [rng.within(0.0, 5.0), rng.within(25.0, 60.0)]);
         let ends = if radial {
-            [center + DVec2::from_angle(rng.within(0.0, 6.28)) * rng.within(0.0, 15.0), center]
+            [center + DVec2::from_angle(rng.within(0.0, std::f64::consts::TAU)) * rng.within(0.0, 15.0), center]
         } else {
             [a, b]
         };
@@ -139,7 +139,7 @@ fn gradients_are_their_definition() {
                 // Where a repeat jumps, a texel shows the mean of both sides.
                 let jumps = spread == "repeat";
                 assert!(mean < if jumps { 5e-3 } else { 1e-4 }, "{case:?}: {mean:e}");
-                assert!(if jumps { wrong < 0.05 } else { worst < 1.5e-2 }, "{case:?}: {worst:e} {wrong}");
+                assert!(if jumps { wrong < 0.05 } else { worst < 2.5e-2 }, "{case:?}: {worst:e} {wrong}");
                 let mut moved = case.clone();
                 moved.ends[0] += DVec2::new(3.0, -2.0);
                 moved.stops[0].1.x = 1.0 - moved.stops[0].1.x;

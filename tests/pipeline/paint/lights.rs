@@ -191,6 +191,10 @@ fn mistakes_with_pictures_are_named() {
         ("path = \"M0 0H2V1H0Z\"\npicture = \"/etc/passwd\"", ["light[0].picture", "absolute"]),
         ("path = \"M0 0H2V1H0Z\"\npicture = 5", ["light[0].picture = 5", "must be a string"]),
         ("svg = \"two.svg\"\npicture = \"q.png\"", ["light[0].picture", "svg_colors = false"]),
+        (
+            "shape = \"sphere\"\nradius = 1\npicture = \"q.png\"",
+            ["light[0].picture", "spheres and tubes have no picture"],
+        ),
     ];
     for (light, words) in cases {
         let fault = lit(light).unwrap_err();

@@ -87,11 +87,11 @@ fn a_far_sphere_is_its_facing_disc() {
         sphere.layers[0].radiance = DVec3::ONE;
         let ([e, s], [disc_e, disc_s]) = (read(sphere.clone()), read(disc));
         assert!(
-            s > 0.05 && (e / disc_e - 1.0).abs() < 1e-3 && (s / disc_s - 1.0).abs() < 3e-3,
+            s > 0.05 && (e / disc_e - 1.0).abs() < 1e-3 && (s / disc_s - 1.0).abs() < 1e-2,
             "{e} {s} {disc_e} {disc_s}"
         );
-        sphere.placement.origin *= 1.02;
-        assert!((read(sphere)[1] / disc_s - 1.0).abs() > 5e-3);
+        sphere.placement.origin *= 1.05;
+        assert!((read(sphere)[1] / disc_s - 1.0).abs() > 2e-2);
     }
 }
 

@@ -130,9 +130,8 @@ fn ggx_agrees_with_quadrature() {
         for c in 0..3 {
             let f0 = 0.04 * 0.7 * (1.0 - f64::from(metallic)) + f64::from(base_color[c]) * f64::from(metallic);
             let f90 = 0.7 + 0.3 * f64::from(metallic);
-            let truth = over_rectangle(&lit(-1.2), half, 1200, |l, _| {
-                ggx_by_tangents(f64::from(alpha), DVec3::Y, v, l, f0, f90)
-            }) * lit(-1.2).layers[0].radiance[c];
+            let truth = over_rectangle(&lit(-1.2), half, 1200, |l, _| ggx_by_tangents(alpha, DVec3::Y, v, l, f0, f90))
+                * lit(-1.2).layers[0].radiance[c];
             let sigma = f64::from(variance[c]).sqrt();
             let error = (f64::from(values[c]) - truth).abs();
             println!("alpha {alpha}, channel {c}: {truth:.6} ± {sigma:.1e}, off by {error:.1e}");
@@ -184,7 +183,7 @@ fn pictures_multiply_the_radiance() {
     let [other, _] = meter(vec![colored(turned)], eye, 0.3, sampling(1 << 14, ReferenceLobe::Ltc));
     for c in 0..3 {
         let truth = over_rectangle(&light, half, 800, |l, p| l.y.max(0.0) * at(p, c));
-        assert!((irradiance[c] / truth - 1.0).abs() < 1e-3, "{c}: {} instead of {truth}", irradiance[c]);
+        assert!((irradiance[c] / truth - 1.0).abs() < 3e-3, "{c}: {} instead of {truth}", irradiance[c]);
         assert!((other[c] / truth - 1.0).abs() > 1e-2, "{c}: the picture turned round makes no difference");
     }
 }
