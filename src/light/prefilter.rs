@@ -8,8 +8,8 @@
 mod distance;
 
 use super::Square;
-use super::picture::Picture;
 use crate::kernel::picture::Level;
+use crate::picture::Picture;
 use distance::distances;
 use glam::{DVec2, Vec2, Vec3, Vec4};
 use half::f16;

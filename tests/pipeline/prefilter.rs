@@ -8,12 +8,12 @@ use glyphlight::kernel::map::CosineMap;
 use glyphlight::kernel::picture::{Footprint, Level, fetch, unpack};
 use glyphlight::kernel::quad::{Quad, quad_integral};
 use glyphlight::light::mask::{light_picture, shape_picture};
-use glyphlight::light::picture::Picture;
 use glyphlight::light::prefilter::Prefiltered;
 use glyphlight::light::{Layer, Square};
 use glyphlight::outline::bundled::bundled;
 use glyphlight::outline::font::Font;
 use glyphlight::outline::text::{TextStyle, layout};
+use glyphlight::picture::Picture;
 use glyphlight::shape::{CubicBez, Shape};
 use std::sync::Arc;
 
