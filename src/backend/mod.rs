@@ -182,6 +182,20 @@ pub trait Backend {
     fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError>;
 }
 
+/// The default technique at the command's size and tolerance.
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            width: 1280,
+            height: 720,
+            samples: 4,
+            tolerance: 1e-4,
+            technique: Technique::Tree,
+            horizons: Horizons::Both,
+        }
+    }
+}
+
 impl Settings {
     /// Where specular lobes are clipped: as asked, if the technique can.
     pub const fn horizons(&self) -> Horizons {

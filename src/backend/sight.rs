@@ -6,7 +6,7 @@ use super::cpu::Surfaces;
 use super::emitter::Emitter;
 use super::prepared::Prepared;
 use super::silhouette::Body;
-use crate::light::picture::Picture;
+use crate::picture::Picture;
 use crate::shape::{Contour, CubicBez};
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use rayon::prelude::*;

@@ -65,7 +65,7 @@ pub enum Basis {
 /// How the Monte Carlo reference samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
-    /// Light samples per pixel at most, 1 to [`MAX_SPP`].
+    /// Light samples per pixel at most, 1 to [`MAX_SPP`]; but at least two for each of the picture's samples are taken.
     pub spp: u32,
     /// Standard error of a pixel's radiance at which its sampling ends early, W·sr⁻¹·m⁻².
     pub max_error: Option<f32>,

@@ -157,7 +157,7 @@ impl<'a> Light<'a> {
             let center = c[0] * center.x + c[1] * center.y + c[2];
             let reach = (c[0] * half.x).length() + (c[1] * half.y).length();
             let rise = c[0].z.abs() * half.x + c[1].z.abs() * half.y;
-            let distance = center.length().hypot(reach);
+            let distance = (center.length_squared() + reach * reach).sqrt();
             let solid_angle = volume.abs() * region.cell_area() * f64::from(cells) / distance.powi(3);
             Some(solid_angle * seen(lobe, center, rise, reach)?)
         };
@@ -211,7 +211,7 @@ impl<'a> Light<'a> {
 /// [`Lobe::worth`] of a patch about `center` that reaches so far from it and rises so far over it. `None` where none of it can
 /// be reflected.
 fn seen(lobe: &Lobe, center: DVec3, rise: f64, reach: f64) -> Option<f64> {
-    let distance = center.length().hypot(reach);
+    let distance = (center.length_squared() + reach * reach).sqrt();
     let highest = if lobe.dips() { 1.0 } else { (center.z + rise) / distance };
     let worth = |highest: f64| lobe.worth(center.normalize_or(DVec3::Z), highest.min(1.0), reach / distance);
     (highest > 0.0).then(|| worth(highest))
