@@ -341,6 +341,57 @@ fn a_scene_says_what_to_compare_with_it() {
         here.write("wrong.toml", scene.replace(from, to));
         // It is checked by every verb that reads scenes.
         for verb in ["compare", "render"] {
+
+    // Nor is it where a folder has the names of a comparison, but not all that is in it is one's.
+    for folder in ["album/pictures", "empty/errors/more"] {
+        std::fs::create_dir_all(here.path(folder)).unwrap();
+    }
+    here.write("album/pictures/cat.png", "mine");
+    refused(&[&tree[..], &["album", "--force"]].concat(), "album: the folder has no table.json of a comparison");
+    here.write("album/table.json", "{ \"format\": 1, \"program\": \"another 1.0\" }");
+    refused(&[&tree[..], &["album", "--force"]].concat(), "album: the folder has no table.json of a comparison");
+    for foreign in ["errors/more/cat.png", "pictures/cat.jpg"] {
+        here.write(&format!("empty/{foreign}"), "mine");
+        let named = foreign.strip_suffix("/cat.png").unwrap_or(foreign);
+        let message = format!("empty: the folder holds \"{named}\", which is no part of a comparison");
+        refused(&[&uniform[..], &["--force"]].concat(), &message);
+        std::fs::remove_file(here.path(&format!("empty/{foreign}"))).unwrap();
+        let _ = std::fs::remove_dir(here.path("empty/errors/more"));
+    }
+    assert_eq!(compare(&here, &[&tree[..], &["empty", "--force"]].concat()).status.code(), Some(0));
+}
+
+#[test]
+fn the_noise_of_a_yardstick_is_told_from_the_error() {
+    let here = Workdir::new();
+    let rows = |folder: &str, args: &[&str]| -> Vec<Value> {
+        let output = compare(&here, &[args, &["-o", folder]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = std::fs::read(here.path(folder).join("table.json")).unwrap();
+        let json: Value = serde_json::from_slice(&text).unwrap();
+        json["blocks"][0]["rows"].as_array().unwrap().clone()
+    };
+    let number = |value: &Value| value.as_f64().unwrap();
+    // With a sixteenth of the samples the noise grows fourfold; what is left without it is still the technique's own.
+    let of = |folder: &str, spp: &str| {
+        let rows = rows(folder, &["figure:picture", "--techniques", "tree,quad", "--spp", spp]);
+        assert_eq!(rows[2]["technique"], format!("reference:{spp} LTC"));
+        let noise = number(&rows[2]["noise"]);
+        assert_eq!(number(&rows[0]["yardstick_noise"]), noise);
+        assert!(number(&rows[1]["yardstick_noise"]) > 0.0 && rows[2]["yardstick_noise"].is_null());
+        let [tree, quad] = [&rows[0], &rows[1]].map(|r| [number(&r["errors"]["rmse"]), number(&r["rmse_less_noise"])]);
+        // What the tree differs by is the noise; what the rectangle differs by is not.
+        assert!((0.5..2.0).contains(&(tree[0] / noise)) && tree[1] < tree[0], "{tree:?}, noise {noise}");
+        assert!((tree[1].powi(2) - (tree[0].powi(2) - noise * noise).max(0.0)).abs() < 1e-12, "{tree:?}");
+        assert!((quad[1] / quad[0] - 1.0).abs() < 0.05 && quad[1] < quad[0], "{quad:?}");
+        noise
+    };
+    let [coarse, fine] = [of("coarse", "64"), of("fine", "1024")];
+    assert!((2.5..7.0).contains(&(coarse / fine)), "{coarse} {fine}");
+    // `reference` in the list is one that --spp goes with; a yardstick without noise leaves the columns empty.
+    let listed = rows("listed", &["figure:hole", "--techniques", "reference", "--spp", "16"]);
+    assert_eq!(listed[0]["technique"], "reference:16 LTC");
+    assert!(listed[0]["yardstick_noise"].is_null() && listed[0]["rmse_less_noise"].is_null(), "{}", listed[0]);
             let output = here.run([verb, "wrong.toml", "-o", "out/x.png"]);
             let stderr = String::from_utf8(output.stderr).unwrap().replace("wrong.toml", "scene.toml");
             assert_eq!(output.status.code(), Some(2), "{stderr}");
