@@ -94,7 +94,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         horizons: Horizons::Both,
     };
     settings.check()?;
-    let folder = NewFolder::new(output, args.force)?;
+    NewFolder::check(output, args.force)?;
     let date = now();
     let staged = args.subject.stage(args.width, args.height)?;
     let Plan { entries, mut left_out, asked_for } = plan(args, &staged, &settings);
@@ -128,8 +128,10 @@ pub fn run(args: &Args) -> Result<(), Error> {
         for picture in &measured.entries {
             picture.film.encode(&folder.place(&picture.file("exr"))?, &display)?.keep()?;
         }
+    let page = comparison.page(&verdict.pictures);
+    let folder = NewFolder::new(output, args.force)?;
     }
-    folder.write("index.html", comparison.page(&verdict.pictures))?;
+    folder.write("index.html", page)?;
     folder.write("table.md", comparison.markdown())?;
     folder.write("table.csv", comparison.csv())?;
     folder.write("table.json", comparison.json()?)?;
