@@ -320,6 +320,14 @@ fn a_scene_says_what_to_compare_with_it() {
     let here = Workdir::new();
     let scene = load("hole").unwrap().text.replace("\"kuge\"", "\"uniform:4\"");
     here.write("scene.toml", &scene);
+    // What cannot show anything ends before it begins.
+    let textured = ["figure:hole", "--techniques", "textured", "-o", "new"];
+    refused(&textured, "nothing to compare: textured: no light of the scene has a picture");
+    refused(
+        &["figure:picture", "--techniques", "exact", "-o", "new"],
+        "nothing to compare: exact: a light of the scene",
+    );
+    refused(&[&tree[..], &["new", "--spp", "16"]].concat(), "--spp has no effect here");
     let techniques = |folder: &str, more: &[&str]| -> Vec<String> {
         let output = compare(&here, &[&["scene.toml", "-o", folder], more].concat());
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
