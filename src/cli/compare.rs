@@ -250,7 +250,10 @@ fn why_not(technique: &Technique, scene: &Scene) -> Option<String> {
 fn table(rows: &[Row]) -> String {
     let mut out = Table::new();
     out.load_style(comfy_table::presets::NOTHING);
-    out.set_header(["technique", "shade ms", "× rectangle", "RMSE", "max", "FLIP", "energy", "yardstick"]);
+    let noisy = rows.iter().any(|r| r.yardstick_noise.is_some());
+    let header = ["technique", "shade ms", "× rectangle", "RMSE", "max", "FLIP", "energy", "yardstick"];
+    let more = noisy.then_some(["yardstick's noise", "RMSE less noise"]);
+    out.set_header(header.into_iter().chain(more.into_iter().flatten()));
     let number = |value: Option<f64>, decimals: usize| {
         let text = value.map_or_else(|| "–".into(), |v| format!("{v:.decimals$}"));
         Cell::new(text).set_alignment(CellAlignment::Right)
@@ -260,7 +263,7 @@ fn table(rows: &[Row]) -> String {
         Cell::new(text).set_alignment(CellAlignment::Right)
     };
     for row in rows {
-        out.add_row([
+        let mut cells = vec![
             Cell::new(&row.technique),
             number(Some(row.seconds * 1e3), 1),
             number(row.rectangles, 2),
@@ -269,7 +272,11 @@ fn table(rows: &[Row]) -> String {
             number(row.flip, 5),
             number(row.errors.and_then(|e| e.energy_ratio), 5),
             Cell::new(row.yardstick.as_deref().unwrap_or("is one")),
-        ]);
+        ];
+        if noisy {
+            cells.extend([small(row.yardstick_noise), small(row.rmse_less_noise)]);
+        }
+        out.add_row(cells);
     }
     out.to_string()
 }

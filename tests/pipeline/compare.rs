@@ -41,6 +41,8 @@ pub fn row(technique: &str, rmse: f64, yardstick: Option<&str>) -> Row {
         flip: yardstick.map(|_| 0.01),
         noise: None,
         picture: format!("pictures/{stem}.png"),
+        yardstick_noise: None,
+        rmse_less_noise: None,
         error_map: yardstick.map(|_| format!("errors/{stem}.png")),
     }
 }
