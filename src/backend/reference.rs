@@ -5,6 +5,7 @@
 //! single contribution is bounded. Nothing is hidden: as with every other technique, surfaces throw no shadow and lights
 //! do not stand in each other's way.
 
+mod areas;
 pub mod estimate;
 pub mod lights;
 pub mod lobes;

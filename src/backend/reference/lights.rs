@@ -87,7 +87,7 @@ struct View<'a> {
 pub struct Incidence {
     /// Unit vector towards the light.
     pub direction: DVec3,
-    /// Linear Rec.709; not yet 0 where a sampled point is outside the shape.
+    /// Linear Rec.709.
     pub radiance: DVec3,
     /// With which [`Source::sample`] finds the direction.
     pub density: f64,
@@ -152,22 +152,21 @@ impl<'a> Light<'a> {
         if volume == 0.0 || (volume > 0.0 && !self.emitter.two_sided) {
             return Err(Skip::Behind);
         }
-        // Of so many cells in a box, at the distance of its middle.
-        let worth = |cells: u32, center: DVec2, half: DVec2| {
+        // Of so much of the shape in a box, at the distance of its middle.
+        let worth = |area: f64, center: DVec2, half: DVec2| {
             let center = c[0] * center.x + c[1] * center.y + c[2];
             let reach = (c[0] * half.x).length() + (c[1] * half.y).length();
             let rise = c[0].z.abs() * half.x + c[1].z.abs() * half.y;
             let distance = (center.length_squared() + reach * reach).sqrt();
-            let solid_angle = volume.abs() * region.cell_area() * f64::from(cells) / distance.powi(3);
+            let solid_angle = volume.abs() * area / distance.powi(3);
             Some(solid_angle * seen(lobe, center, rise, reach)?)
         };
         let bounds = region.bounds();
         let half = bounds.size() * 0.5;
-        let cells = (region.area() / region.cell_area()).round() as u32;
-        let whole = worth(cells, bounds.center(), half).ok_or(Skip::BelowHorizon)?;
+        let whole = worth(region.area(), bounds.center(), half).ok_or(Skip::BelowHorizon)?;
         let center = c[0] * bounds.center().x + c[1] * bounds.center().y + c[2];
         let (chances, worth) = if (c[0] * half.x).length().hypot((c[1] * half.y).length()) > NEAR * center.length() {
-            let weight = |tile: &Tile| worth(tile.cells, tile.center, tile.half).unwrap_or(0.0);
+            let weight = |tile: &Tile| worth(tile.area, tile.center, tile.half).unwrap_or(0.0);
             tile_chances(region, weight).ok_or(Skip::BelowHorizon)?
         } else {
             (Cow::Borrowed(region.even()), whole)
@@ -225,11 +224,11 @@ fn tile_chances<'a>(region: &Region, weight: impl Fn(&Tile) -> f64) -> Option<(C
     if sum <= 0.0 {
         return None;
     }
-    let cells = |(tile, weight): (&Tile, &f64)| if *weight > 0.0 { f64::from(tile.cells) } else { 0.0 };
-    let area: f64 = region.tiles().iter().zip(&weights).map(cells).sum();
+    let lit = |(tile, weight): (&Tile, &f64)| if *weight > 0.0 { tile.area } else { 0.0 };
+    let area: f64 = region.tiles().iter().zip(&weights).map(lit).sum();
     let mut total = 0.0;
     let chance = |pair: (&Tile, &f64)| {
-        total += (1.0 - EVEN) * pair.1 / sum + EVEN * cells(pair) / area;
+        total += (1.0 - EVEN) * pair.1 / sum + EVEN * lit(pair) / area;
         total
     };
     let mut chances: Vec<f64> = region.tiles().iter().zip(&weights).map(chance).collect();
@@ -238,24 +237,20 @@ fn tile_chances<'a>(region: &Region, weight: impl Fn(&Tile) -> f64) -> Option<(C
 }
 
 impl Source<'_> {
-    /// A direction to the light for a point of the unit square, or none where it meets the dark side.
+    /// A direction to the light for a point of the unit square, or none where that meets the dark side.
     ///
     /// Flat lights and tubes evenly by area, spheres evenly by solid angle.
     pub fn sample(&self, uv: [f64; 2]) -> Option<Incidence> {
         match &self.place {
             Place::Flat { region, volume, chances, .. } => {
-                let p = region.sample(chances, uv);
-                let winding = region.winding(p);
-                if winding == 0 {
-                    return None;
-                }
+                let (p, density) = region.sample(chances, uv)?;
                 let [x, y, origin] = self.c;
                 let to_light = x * p.x + y * p.y + origin;
                 let distance = to_light.length();
                 Some(Incidence {
                     direction: to_light / distance,
-                    radiance: self.light.radiance(p) * f64::from(winding),
-                    density: distance.powi(3) * region.density(chances, p) / volume.abs(),
+                    radiance: self.light.radiance(p),
+                    density: distance.powi(3) * density / volume.abs(),
                 })
             }
             Place::Sphere { radius, inside } => self.sample_sphere(*radius, *inside, uv),
@@ -285,10 +280,9 @@ impl Source<'_> {
                     return None;
                 }
                 let p = DVec2::new(cross[1].dot(direction), cross[2].dot(direction)) / slope;
-                let winding = region.winding(p);
-                (winding != 0).then(|| Incidence {
+                (region.winding(p) > 0).then(|| Incidence {
                     direction,
-                    radiance: self.light.radiance(p) * f64::from(winding),
+                    radiance: self.light.radiance(p),
                     density: distance * distance * region.density(chances, p) / slope.abs(),
                 })
             }

@@ -2,7 +2,7 @@
 
 use super::lights::{Light, Source};
 use super::lobes::Lobe;
-use super::region::choose;
+use super::region::{chance, choose};
 use super::sampler::{Key, Sequence};
 use crate::backend::gather::Skip;
 use glam::DVec3;
@@ -49,13 +49,12 @@ impl<'a> Reflection<'a> {
 
     fn by_light(&self, [u, v]: [f64; 2]) -> DVec3 {
         let (chosen, v) = choose(&self.chances, v);
-        let chance = self.chances[chosen] - if chosen == 0 { 0.0 } else { self.chances[chosen - 1] };
         let Some(light) = self.sources[chosen].sample([u, v]) else { return DVec3::ZERO };
         let value = self.lobe.value(light.direction);
         if value == DVec3::ZERO {
             return value;
         }
-        value * light.radiance / (light.density * chance + self.lobe.density(light.direction))
+        value * light.radiance / (light.density * chance(&self.chances, chosen) + self.lobe.density(light.direction))
     }
 
     fn by_lobe(&self, uv: [f64; 2]) -> DVec3 {

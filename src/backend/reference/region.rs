@@ -1,5 +1,7 @@
 //! [`Region`]: points spread evenly over a shape, and the test whether a point is in it.
 
+use super::areas::areas;
+use super::sampler::Key;
 use crate::shape::{Bounds, CubicBez, Shape};
 use core::ops::Range;
 use glam::DVec2;
@@ -9,13 +11,15 @@ const CELLS: Range<f64> = 4096.0..1_048_576.0;
 /// Cells a curve may cost.
 const CELLS_PER_CURVE: f64 = 4096.0;
 /// Part of the covering cells that lies in the shape, at which the grid is fine enough.
-const FILLED: f64 = 0.9;
+const FILLED: f64 = 0.8;
 /// How far a curve's box is grown, of a cell.
 const MARGIN: f64 = 1e-6;
 /// Halvings of a curve until its boxes are as small as cells.
 const HALVINGS: u32 = 24;
 /// Most tiles.
 const TILES: f64 = 64.0;
+/// Most points that are tried until one is in the shape.
+const TRIALS: u32 = 16;
 /// State of a cell that a curve may cross.
 const CROSSED: i8 = i8::MIN;
 
@@ -37,8 +41,9 @@ pub struct Region {
     covering: Vec<u32>,
     /// Where each row of each tile begins in `covering`, and the end.
     starts: Vec<u32>,
-    /// Sums of the cells in the tiles up to each, the last 1.
+    /// The shape's parts in the tiles up to each, added up, the last 1.
     even: Vec<f64>,
+    area: f64,
     curves: Vec<Boxed>,
     /// Indices of the curves that reach each row.
     crossing: Vec<u32>,
@@ -53,8 +58,12 @@ pub struct Tile {
     pub center: DVec2,
     /// Half its sides.
     pub half: DVec2,
+    /// Area of the shape in it, light-space units².
+    pub area: f64,
+    /// Chance that one of the points tried is in the shape.
+    found: f64,
     /// Cells in it that hold some of the shape.
-    pub cells: u32,
+    cells: u32,
     /// Its lowest row, and where that is in the region's `starts`.
     row: u32,
     start: u32,
@@ -89,7 +98,7 @@ impl Boxed {
 }
 
 impl Region {
-    /// The grid over `shape`, which has an area. Refined until nine tenths of the cells' area lie in the shape, or until
+    /// The grid over `shape`, whose winding number is 0 or 1 everywhere. Refined until four fifths of the cells' area lie in the shape, or until
     /// there are 4096 cells for each curve, or 2²⁰.
     pub fn new(shape: &Shape) -> Self {
         let most = (CELLS_PER_CURVE * shape.curves().count() as f64).clamp(CELLS.start, CELLS.end);
@@ -97,8 +106,8 @@ impl Region {
         let mut cells = CELLS.start;
         loop {
             let region = Self::with_cells(shape, cells);
-            if area >= FILLED * region.area() || 4.0 * cells > most {
-                return region;
+            if area >= FILLED * region.covering.len() as f64 * region.cell_area() || 4.0 * cells > most {
+                return region.with_areas(shape);
             }
             cells *= 4.0;
         }
@@ -127,6 +136,7 @@ impl Region {
             covering: Vec::new(),
             starts: vec![0],
             even: Vec::new(),
+            area: 0.0,
             curves: shape.curves().map(boxed).collect(),
             crossing: Vec::new(),
             crossing_rows: Vec::new(),
@@ -220,13 +230,34 @@ impl Region {
                 self.cover_tile(column, row);
             }
         }
-        let total = self.covering.len() as f64;
-        let mut sum = 0;
+    }
+
+    /// Finds how much of the shape is in each tile.
+    fn with_areas(mut self, shape: &Shape) -> Self {
+        let lines = |low: f64, high: f64, step: f64, count: usize| -> Vec<f64> {
+            (0..count).map(|k| low + step * k as f64).chain([high]).collect()
+        };
+        let Bounds { min, max } = self.bounds;
+        let step = self.cell * DVec2::new(self.tile_cells[0] as f64, self.tile_cells[1] as f64);
+        let columns = lines(min.x, max.x, step.x, self.tiling[0]);
+        let rows = lines(min.y, max.y, step.y, self.tiling[1]);
+        let cell = self.cell_area();
+        for (tile, area) in self.tiles.iter_mut().zip(areas(shape, &columns, &rows)) {
+            let covered = f64::from(tile.cells) * cell;
+            // Less than rounding leaves of a tile without any of the shape is none.
+            if area > 1e-12 * covered {
+                tile.area = area.min(covered);
+                tile.found = 1.0 - (1.0 - tile.area / covered).powi(TRIALS as i32);
+            }
+        }
+        self.area = self.tiles.iter().map(|tile| tile.area).sum();
+        let mut sum = 0.0;
         let share = |tile: &Tile| {
-            sum += tile.cells;
-            f64::from(sum) / total
+            sum += tile.area;
+            sum / self.area
         };
         self.even = self.tiles.iter().map(share).collect();
+        self
     }
 
     fn cover_tile(&mut self, column: usize, row: usize) {
@@ -243,6 +274,8 @@ impl Region {
         self.tiles.push(Tile {
             center: self.bounds.min + self.cell * (low + high) * 0.5,
             half: self.cell * (high - low) * 0.5,
+            area: 0.0,
+            found: 0.0,
             cells: (self.covering.len() - before) as u32,
             row: row as u32,
             start,
@@ -278,27 +311,42 @@ impl Region {
         &self.tiles
     }
 
-    /// Chances with which points are even over [`Region::area`]: sums over the tiles up to each.
+    /// Chances with which points are even over the shape: sums over the tiles up to each.
     pub fn even(&self) -> &[f64] {
         &self.even
     }
 
-    /// The area of the cells that hold some of the shape, light-space units².
-    pub fn area(&self) -> f64 {
-        self.covering.len() as f64 * self.cell_area()
+    /// The area of the shape, light-space units².
+    pub const fn area(&self) -> f64 {
+        self.area
     }
 
-    /// The area of a cell, light-space units².
-    pub fn cell_area(&self) -> f64 {
+    fn cell_area(&self) -> f64 {
         self.cell.x * self.cell.y
     }
 
-    /// The place of a point of the unit square: in a tile by the `chances` (sums over the tiles up to each, the last 1; 0 for
-    /// tiles without cells), even over the tile's cells, keeping its order in both directions. It may lie outside the
-    /// shape, where the winding number is 0.
-    pub fn sample(&self, chances: &[f64], [u, v]: [f64; 2]) -> DVec2 {
-        let (k, v) = choose(chances, v);
+    /// A point of the shape for a point of the unit square, and its density per light-space unit²: in a tile by the `chances`
+    /// (sums over the tiles up to each, the last 1; 0 for tiles with nothing of the shape), even over the shape in it,
+    /// keeping the order in both directions. Rarely none, where all points that were tried are outside.
+    pub fn sample(&self, chances: &[f64], uv: [f64; 2]) -> Option<(DVec2, f64)> {
+        let (k, rest) = choose(chances, uv[1]);
         let tile = &self.tiles[k];
+        let mut at = [uv[0], rest];
+        // What a second trial needs is in the low bits of the first.
+        let mut key = Key::new(uv[0].to_bits()).part(uv[1].to_bits());
+        for _ in 0..TRIALS {
+            let p = self.place(tile, at);
+            if self.winding(p) > 0 {
+                return Some((p, chance(chances, k) * tile.found / tile.area));
+            }
+            key = key.part(0);
+            at = key.unit_square();
+        }
+        None
+    }
+
+    /// The place of a point of the unit square in the cells of a tile, row by row.
+    fn place(&self, tile: &Tile, [u, v]: [f64; 2]) -> DVec2 {
         let starts = &self.starts[tile.start as usize..=(tile.start + tile.rows) as usize];
         let cells = f64::from(tile.cells);
         let place = f64::from(starts[0]) + (v * cells).min(cells.next_down());
@@ -315,14 +363,19 @@ impl Region {
     pub fn density(&self, chances: &[f64], p: DVec2) -> f64 {
         let [column, row] = self.cell_of(p);
         let k = row / self.tile_cells[1] * self.tiling[0] + column / self.tile_cells[0];
-        let chance = chances[k] - if k == 0 { 0.0 } else { chances[k - 1] };
-        chance / (f64::from(self.tiles[k].cells) * self.cell_area())
+        let tile = &self.tiles[k];
+        if tile.area > 0.0 { chance(chances, k) * tile.found / tile.area } else { 0.0 }
     }
 
     /// The box around the shape's control points, light space.
     pub const fn bounds(&self) -> Bounds {
         self.bounds
     }
+}
+
+/// The chance of one of several things, by the sums up to each.
+pub fn chance(chances: &[f64], k: usize) -> f64 {
+    chances[k] - if k == 0 { 0.0 } else { chances[k - 1] }
 }
 
 /// Which of several things to take by their `chances` (sums up to each, the last 1), and what of `v` is left, 0 to 1 again.

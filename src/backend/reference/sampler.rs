@@ -16,6 +16,11 @@ impl Key {
     pub const fn part(self, index: u64) -> Self {
         Self(mix(self.0 ^ mix(index.wrapping_add(0x9e37_79b9_7f4a_7c15))))
     }
+
+    /// A point of the unit square, independent of all others.
+    pub fn unit_square(self) -> [f64; 2] {
+        [0, 1].map(|k| (self.part(k).0 >> 11) as f64 / (1_u64 << 53) as f64)
+    }
 }
 
 /// A bijection of 64 bits in which every bit hangs on every other (Stafford's mix 13, as in SplitMix64: Steele, Lea,
