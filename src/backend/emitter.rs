@@ -50,6 +50,15 @@ pub struct Emitter {
     pub geometry: Geometry,
 }
 
+/// Why an integral is zero without having been evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Skip {
+    /// The point is behind a one-sided light or in its plane.
+    Behind,
+    /// The light is wholly below a horizon.
+    BelowHorizon,
+}
+
 /// A region as a technique reads it.
 #[derive(Clone, Debug)]
 pub enum Geometry {

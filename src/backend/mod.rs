@@ -10,15 +10,16 @@ pub mod prepared;
 pub mod reference;
 mod sight;
 mod silhouette;
+mod surfaces;
 pub mod technique;
 
 use crate::film::Film;
 use crate::kernel::surface::Rays;
 use crate::scene::Scene;
-use cpu::Surfaces;
 use glam::Vec3;
 use prepared::Prepared;
 use std::time::Instant;
+use surfaces::Surfaces;
 pub use technique::{Horizons, Technique};
 
 /// What to render and how well.
