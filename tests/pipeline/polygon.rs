@@ -302,7 +302,8 @@ fn sample(stands: impl Fn(&Placed) -> Placed) -> Vec<(Placed, f64)> {
     sample
 }
 
-/// Rates at which the error falls from one setting to the next, by the ratio of the settings. Prints the table.
+/// Rates at which the error falls from one setting to the next, by the ratio of the settings. Prints the table and plots the
+/// error's logarithm, five columns to the decade above 1e-8.
 fn rates(name: &str, sample: &[(Placed, f64)], settings: &[(f64, By)]) -> Vec<f64> {
     println!("{name:>12} {:>9} {:>9} {:>6}", "rms error", "edges", "rate");
     let mut last: Option<(f64, f64)> = None;
@@ -311,8 +312,9 @@ fn rates(name: &str, sample: &[(Placed, f64)], settings: &[(f64, By)]) -> Vec<f6
         let (error, edges) = quality(sample, by);
         let rate = last.map(|(before, from)| (error / before).ln() / (setting / from).ln());
         println!(
-            "{setting:>12.3e} {error:>9.2e} {edges:>9.1} {:>6}",
-            rate.map_or(String::new(), |r| format!("{r:.2}"))
+            "{setting:>12.3e} {error:>9.2e} {edges:>9.1} {:>6} {}*",
+            rate.map_or(String::new(), |r| format!("{r:.2}")),
+            " ".repeat(((error.log10() + 8.0) * 5.0).max(0.0) as usize)
         );
         rates.extend(rate);
         last = Some((error, setting));
