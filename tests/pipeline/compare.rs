@@ -372,7 +372,7 @@ fn the_noise_of_a_yardstick_is_told_from_the_error() {
         json["blocks"][0]["rows"].as_array().unwrap().clone()
     };
     let number = |value: &Value| value.as_f64().unwrap();
-    // With a sixteenth of the samples the noise grows fourfold; what is left without it is still the technique's own.
+    // With a sixteenth of the samples the noise grows fourfold, or more as the points are well spread; what is left without it is still the technique's own.
     let of = |folder: &str, spp: &str| {
         let rows = rows(folder, &["figure:picture", "--techniques", "tree,quad", "--spp", spp]);
         assert_eq!(rows[2]["technique"], format!("reference:{spp} LTC"));
@@ -387,7 +387,7 @@ fn the_noise_of_a_yardstick_is_told_from_the_error() {
         noise
     };
     let [coarse, fine] = [of("coarse", "64"), of("fine", "1024")];
-    assert!((2.5..7.0).contains(&(coarse / fine)), "{coarse} {fine}");
+    assert!((2.5..14.0).contains(&(coarse / fine)), "{coarse} {fine}");
     // `reference` in the list is one that --spp goes with; a yardstick without noise leaves the columns empty.
     let listed = rows("listed", &["figure:hole", "--techniques", "reference", "--spp", "16"]);
     assert_eq!(listed[0]["technique"], "reference:16 LTC");
