@@ -27,12 +27,13 @@ struct Part {
     end: vec2f,
 }
 
-// The point at `index` of 2^`level` equal steps.
-fn part_point(curve: LocalCurve, part: Part, index: u32, level: u32) -> vec2f {
-    if index == 1u << level {
+// The point after `index` steps of the width 2^-n, of which 2^n make the part.
+fn part_point(curve: LocalCurve, part: Part, index: u32, width: f32) -> vec2f {
+    let share = f32(index) * width;
+    if share == 1.0 {
         return part.end;
     }
-    return local_point(curve, part.t0 + (part.t1 - part.t0) * (f32(index) / f32(1u << level)));
+    return local_point(curve, part.t0 + (part.t1 - part.t0) * share);
 }
 
 // The curve's parts above the horizon, with the closing terms of its crossings (times 2 pi).
@@ -78,24 +79,31 @@ fn curve_above(map: CosineMap, clip: Clip, curve: LocalCurve, eps: f32) -> EdgeS
 
 // The integral (times 2 pi) along a part of a curve above the horizon.
 //
-// Step `index` of 2^`level`, from a to b with `chord` the integral along its chord. Slots hold the right halves that
-// wait, one at most for each level.
+// Step `index` of 2^`level`, as wide as twice `half`, from a to b with `chord` the integral along its chord. Slots hold the
+// right halves that wait, one at most for each level. No triangle contributes more than 2 pi: with an eps above that the
+// chords need not be known.
 fn part_integral(map: CosineMap, curve: LocalCurve, part: Part, eps: f32) -> EdgeSum {
     var slots = array<vec3f, HALVINGS>();
+    let adaptive = eps <= TAU;
     var level = START_LEVEL;
     var index = 0u;
+    var half = 0.5 / f32(INTERVALS);
     var total = EdgeSum(0.0, 0u);
     var a = corner_at(map, part.start);
-    var b = corner_at(map, part_point(curve, part, 1u, level));
-    var chord = corner_edge(map, a, b);
+    var b = corner_at(map, part_point(curve, part, 1u, 2.0 * half));
+    var chord = 0.0;
+    if adaptive {
+        chord = corner_edge(map, a, b);
+    }
     while index < INTERVALS || level > START_LEVEL {
-        let m = corner_at(map, part_point(curve, part, 2u * index + 1u, level + 1u));
+        let m = corner_at(map, part_point(curve, part, 2u * index + 1u, half));
         let first = corner_edge(map, a, m);
         let second = corner_edge(map, m, b);
-        if abs(first + second - chord) >= eps && level < START_LEVEL + HALVINGS {
+        if adaptive && abs(first + second - chord) >= eps && level < START_LEVEL + HALVINGS {
             slots[level - START_LEVEL] = vec3f(b.q, second);
             level += 1u;
             index *= 2u;
+            half *= 0.5;
             b = m;
             chord = first;
             continue;
@@ -107,13 +115,16 @@ fn part_integral(map: CosineMap, curve: LocalCurve, part: Part, eps: f32) -> Edg
         let up = min(countTrailingZeros(index), level - START_LEVEL);
         index >>= up;
         level -= up;
+        half *= f32(1u << up);
         if level > START_LEVEL {
             let slot = slots[level - 1u - START_LEVEL];
             b = corner_at(map, slot.xy);
             chord = slot.z;
         } else if index < INTERVALS {
-            b = corner_at(map, part_point(curve, part, index + 1u, level));
-            chord = corner_edge(map, a, b);
+            b = corner_at(map, part_point(curve, part, index + 1u, 2.0 * half));
+            if adaptive {
+                chord = corner_edge(map, a, b);
+            }
         }
     }
     return total;

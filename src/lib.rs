@@ -16,6 +16,7 @@ pub mod kernel;
 pub mod light;
 pub mod metrics;
 pub mod outline;
+pub mod picture;
 pub mod report;
 pub mod scene;
 pub mod shape;

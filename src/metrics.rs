@@ -64,6 +64,13 @@ pub fn figures(picture: &[[f32; 3]], yardstick: &[[f32; 3]]) -> Result<Figures, 
     Ok(Figures { mae, rmse, rmse_of_peak, max, p999, energy_ratio })
 }
 
+/// An RMSE without what the yardstick's noise adds to it: `√(rmse² − noise²)`, and 0 where the noise is larger. `noise` is the
+/// root mean square of the yardstick's standard error over the same pixels and channels, W·sr⁻¹·m⁻². An estimate: it is right
+/// where noise and error are independent, and says little where it is much below the noise.
+pub fn less_noise(rmse: f64, noise: f64) -> f64 {
+    (rmse * rmse - noise * noise).max(0.0).sqrt()
+}
+
 /// The signed error of every pixel: picture − yardstick in the channel that differs most, W·sr⁻¹·m⁻². Not the luminance,
 /// where too much red and too little blue cancel.
 ///

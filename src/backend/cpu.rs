@@ -1,65 +1,21 @@
 //! The CPU backend: rows of pixels over rayon, no driver needed.
 
-use super::gather::{Images, Skip};
+use super::emitter::Skip;
+use super::gather::Images;
 use super::prepared::Prepared;
+use super::surfaces::Surfaces;
 use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique, reference};
 use crate::brdf::ltc::Table;
 use crate::kernel::frame::ShadingFrame;
-use crate::kernel::surface::{Hit, SEAM, SurfacePoint, SurfaceTriangle, intersect, surface_point};
+use crate::kernel::surface::{SurfacePoint, surface_point};
 use crate::kernel::tree::Budget;
 use crate::scene::Scene;
-use glam::{Vec3, Vec3A};
-use obvhs::BvhBuildParams;
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh_from_tris;
-use obvhs::ray::{Ray, RayHit};
-use obvhs::triangle::Triangle;
+use glam::Vec3;
 use rayon::prelude::*;
 
 /// Renders on the processor.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CpuBackend;
-
-/// The surfaces as a camera ray meets them.
-pub struct Surfaces<'a> {
-    prepared: &'a Prepared,
-    bvh: Option<CwBvh>,
-}
-
-impl<'a> Surfaces<'a> {
-    /// Builds the bounding volume hierarchy.
-    pub fn new(prepared: &'a Prepared) -> Self {
-        let corners = |t: &SurfaceTriangle| {
-            // Grown as far as a hit may lie outside, and twice that for the rounding of the boxes.
-            let seam = 2.0 * SEAM;
-            let (e1, e2) = (Vec3A::from(t.e1.truncate()), Vec3A::from(t.e2.truncate()));
-            let p = Vec3A::from(t.p0.truncate()) - (e1 + e2) * seam;
-            let grow = 1.0 + 3.0 * seam;
-            Triangle { v0: p, v1: p + e1 * grow, v2: p + e2 * grow }
-        };
-        let triangles: Vec<_> = prepared.triangles.iter().map(corners).collect();
-        let mut elapsed = core::time::Duration::ZERO;
-        let bvh = (!triangles.is_empty())
-            .then(|| build_cwbvh_from_tris(&triangles, BvhBuildParams::medium_build(), &mut elapsed));
-        Self { prepared, bvh }
-    }
-
-    /// The nearest triangle along `direction` from the camera.
-    pub fn nearest(&self, direction: Vec3) -> Option<(usize, Hit)> {
-        let bvh = self.bvh.as_ref()?;
-        let ray = Ray::new_inf(Vec3A::ZERO, direction.into());
-        let mut hit = RayHit::none();
-        let triangle = |id: usize| bvh.primitive_indices[id] as usize;
-        bvh.ray_traverse(ray, &mut hit, |_, id| {
-            intersect(&self.prepared.triangles[triangle(id)], direction).map_or(f32::INFINITY, |h| h.t)
-        });
-        if hit.t == f32::INFINITY {
-            return None;
-        }
-        let index = triangle(hit.primitive_id as usize);
-        intersect(&self.prepared.triangles[index], direction).map(|hit| (index, hit))
-    }
-}
 
 /// What one row of pixels has cost.
 #[derive(Clone, Debug)]

@@ -11,11 +11,11 @@ use crate::light::curves::curves;
 use crate::light::distance::Polygons;
 use crate::light::mask::{light_picture, shape_picture};
 use crate::light::mosaic::{CELLS, Mosaic};
-use crate::light::picture::Picture;
 use crate::light::prefilter::Prefiltered;
 use crate::light::simple::{Face, Facing, faces};
 use crate::light::tree::{Tree, TreeError};
 use crate::light::{AreaLight, Form, Layer, Placement, Square};
+use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::shape::{Bounds, Shape};
 use glam::{DAffine2, DVec2, DVec3, Vec3};
@@ -48,6 +48,15 @@ pub struct Emitter {
     pub colors: Option<Arc<Prefiltered>>,
     /// The region as the technique reads it.
     pub geometry: Geometry,
+}
+
+/// Why an integral is zero without having been evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Skip {
+    /// The point is behind a one-sided light or in its plane.
+    Behind,
+    /// The light is wholly below a horizon.
+    BelowHorizon,
 }
 
 /// A region as a technique reads it.

@@ -1,7 +1,7 @@
 //! The integral of one emission at one shading point, in f64 up to the map: what the CPU backend and the light
 //! meter share.
 
-use super::emitter::{Emitter, Geometry};
+use super::emitter::{Emitter, Geometry, Skip};
 use super::exact::{ExactMap, exact_integral};
 use super::reference;
 use super::reference::lights::Light;
@@ -25,15 +25,6 @@ use crate::light::mosaic::Mosaic;
 use crate::light::simple::Facing;
 use crate::light::tree::Tree;
 use glam::{DVec2, DVec3, Vec2, Vec3};
-
-/// Why an integral is zero without having been evaluated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Skip {
-    /// The point is behind a one-sided light or in its plane.
-    Behind,
-    /// The light is wholly below a horizon.
-    BelowHorizon,
-}
 
 /// An integral and what it cost.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,8 +11,8 @@ mod pipelines;
 pub mod source;
 mod tiles;
 
-use super::cpu::Surfaces;
 use super::prepared::Prepared;
+use super::surfaces::Surfaces;
 use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch};
 use crate::scene::Scene;
 use boxes::Boxes;

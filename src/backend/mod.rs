@@ -10,15 +10,16 @@ pub mod prepared;
 pub mod reference;
 mod sight;
 mod silhouette;
+mod surfaces;
 pub mod technique;
 
 use crate::film::Film;
 use crate::kernel::surface::Rays;
 use crate::scene::Scene;
-use cpu::Surfaces;
 use glam::Vec3;
 use prepared::Prepared;
 use std::time::Instant;
+use surfaces::Surfaces;
 pub use technique::{Horizons, Technique};
 
 /// What to render and how well.
@@ -180,6 +181,20 @@ pub enum BackendError {
 pub trait Backend {
     /// Renders `scene`. `stats` are complete even where nothing was shaded.
     fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError>;
+}
+
+/// The default technique at the command's size and tolerance.
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            width: 1280,
+            height: 720,
+            samples: 4,
+            tolerance: 1e-4,
+            technique: Technique::Tree,
+            horizons: Horizons::Both,
+        }
+    }
 }
 
 impl Settings {

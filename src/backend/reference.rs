@@ -13,9 +13,9 @@ pub mod reflection;
 pub mod region;
 pub mod sampler;
 
-use super::cpu::Surfaces;
-use super::gather::Skip;
+use super::emitter::Skip;
 use super::prepared::Prepared;
+use super::surfaces::Surfaces;
 use super::technique::{MAX_SPP, ReferenceLobe, Sampling};
 use super::{BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique};
 use crate::brdf::ltc::{self, Table};

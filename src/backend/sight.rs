@@ -2,11 +2,11 @@
 //! and laid over the surfaces that it hides. Both backends share this stage.
 
 use super::Settings;
-use super::cpu::Surfaces;
 use super::emitter::Emitter;
 use super::prepared::Prepared;
 use super::silhouette::Body;
-use crate::light::picture::Picture;
+use super::surfaces::Surfaces;
+use crate::picture::Picture;
 use crate::shape::{Contour, CubicBez};
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use rayon::prelude::*;

@@ -40,9 +40,10 @@ pub struct Args {
     /// Compare with Monte Carlo and the GGX BRDF itself as well: the error of integral and fit together
     #[arg(long)]
     reference: bool,
-    /// Light samples per pixel of --reference, and of the yardstick where `exact` cannot be one
-    #[arg(long, default_value_t = 256, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SPP)))]
-    spp: u32,
+    /// Light samples per pixel of all Monte Carlo: --reference, `reference` in the list [default: 256], and the yardstick where
+    /// `exact` cannot be one [default: 1024]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SPP)))]
+    spp: Option<u32>,
     /// Most runs of a technique; times are medians. What takes more than five seconds is run once
     #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=99))]
     repeat: u32,
@@ -72,6 +73,10 @@ pub struct Args {
     exr: bool,
 }
 
+/// Light samples per pixel of a yardstick by Monte Carlo: in `figure:picture` its noise is a fiftieth of the masked rectangle's
+/// error.
+const YARDSTICK_SPP: u32 = 1024;
+
 /// What is compared where neither arguments nor scene say it.
 const DEFAULT: [&str; 9] =
     ["tree", "kuge", "uniform:6", "uniform:18", "uniform:30", "quad", "textured", "pal", "representative"];
@@ -94,14 +99,19 @@ pub fn run(args: &Args) -> Result<(), Error> {
         horizons: Horizons::Both,
     };
     settings.check()?;
-    let folder = NewFolder::new(output, args.force)?;
+    NewFolder::check(output, args.force)?;
     let date = now();
     let staged = args.subject.stage(args.width, args.height)?;
-    let Plan { entries, mut left_out, asked_for } = plan(args, &staged, &settings);
+    let Plan { entries, mut left_out, asked_for } = plan(args, &staged, &settings)?;
+    let techniques = entries.iter().filter(|e| e.role == measure::Role::Technique).count();
     let measured = measure::all(&staged.scene, entries, &Backends::new(args.backend), args.repeat)?;
     let display = args.display.display();
     let verdict = verdict::of(&measured, &settings, &display)?;
     let failed = measured.failed.iter().chain(&verdict.failed);
+    if techniques > 0 && failed.clone().count() == techniques {
+        left_out.extend(failed.cloned());
+        return Err(nothing(&left_out));
+    }
     // What was not asked for is no surprise.
     let missed = left_out.iter().filter(|_| asked_for).chain(failed.clone());
     warn(missed.map(|l| format!("left out: {}: {}", l.technique, l.reason)));
@@ -118,6 +128,8 @@ pub fn run(args: &Args) -> Result<(), Error> {
         blocks: verdict.blocks,
         left_out,
     };
+    let page = comparison.page(&verdict.pictures);
+    let folder = NewFolder::new(output, args.force)?;
     for picture in &verdict.pictures {
         folder.write(&picture.file, &picture.png)?;
     }
@@ -129,7 +141,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
             picture.film.encode(&folder.place(&picture.file("exr"))?, &display)?.keep()?;
         }
     }
-    folder.write("index.html", comparison.page(&verdict.pictures))?;
+    folder.write("index.html", page)?;
     folder.write("table.md", comparison.markdown())?;
     folder.write("table.csv", comparison.csv())?;
     folder.write("table.json", comparison.json()?)?;
@@ -158,13 +170,18 @@ struct Plan {
     asked_for: bool,
 }
 
-fn plan(args: &Args, staged: &Staged, settings: &Settings) -> Plan {
+/// # Errors
+/// Nothing to compare, or a flag without effect.
+fn plan(args: &Args, staged: &Staged, settings: &Settings) -> Result<Plan, Error> {
     let scene = &staged.scene;
     let asked = [&args.techniques, &staged.techniques].into_iter().find(|list| !list.is_empty()).cloned();
     let asked_for = asked.is_some();
     let asked = asked.unwrap_or_else(|| DEFAULT.iter().filter_map(|name| name.parse().ok()).collect());
-    let sampling = |lobe| Technique::Reference(Sampling { spp: args.spp, lobe, ..Sampling::default() });
-    let yardstick = if has_pictures(scene) { sampling(ReferenceLobe::Ltc) } else { Technique::Exact };
+    let sampling = |lobe, spp| Technique::Reference(Sampling { spp, lobe, ..Sampling::default() });
+    let yardstick = match has_pictures(scene) {
+        true => sampling(ReferenceLobe::Ltc, args.spp.unwrap_or(YARDSTICK_SPP)),
+        false => Technique::Exact,
+    };
     let of = |technique: Technique, horizons| Settings { technique, horizons, ..*settings };
     let mut entries: Vec<Entry> = Vec::new();
     let mut left_out = Vec::new();
@@ -173,7 +190,10 @@ fn plan(args: &Args, staged: &Staged, settings: &Settings) -> Plan {
     for technique in asked {
         let technique = match technique {
             // Among the integrals of a cosine it is one as well.
-            Technique::Reference(s) => Technique::Reference(Sampling { lobe: ReferenceLobe::Ltc, ..s }),
+            Technique::Reference(s) => {
+                let spp = args.spp.unwrap_or(s.spp);
+                Technique::Reference(Sampling { lobe: ReferenceLobe::Ltc, spp, ..s })
+            }
             other => other,
         };
         if let Some(reason) = why_not(&technique, scene) {
@@ -189,11 +209,26 @@ fn plan(args: &Args, staged: &Staged, settings: &Settings) -> Plan {
             entries.push(Entry::technique(settings));
         }
     }
+    if horizons.is_empty() {
+        return Err(nothing(&left_out));
+    }
     entries.extend(horizons.into_iter().map(|horizons| Entry::yardstick(of(yardstick, horizons))));
     if args.reference {
-        entries.push(Entry::truth(of(sampling(ReferenceLobe::Ggx), Horizons::Both)));
+        let spp = args.spp.unwrap_or(Sampling::default().spp);
+        entries.push(Entry::truth(of(sampling(ReferenceLobe::Ggx, spp), Horizons::Both)));
     }
-    Plan { entries, left_out, asked_for }
+    if args.spp.is_some() && !entries.iter().any(|e| matches!(e.settings.technique, Technique::Reference(_))) {
+        let message = "--spp has no effect here: it goes with --reference, with reference in --techniques, or with a scene \
+                       that has pictures";
+        return Err(Error::Usage(message.into()));
+    }
+    Ok(Plan { entries, left_out, asked_for })
+}
+
+/// Why no technique is left.
+fn nothing(left_out: &[LeftOut]) -> Error {
+    let reasons: Vec<_> = left_out.iter().map(|l| format!("{}: {}", l.technique, l.reason)).collect();
+    Error::Usage(format!("nothing to compare: {}", reasons.join("; ")))
 }
 
 /// Whether a light changes its colour from place to place, which contour integrals cannot follow.
@@ -215,7 +250,10 @@ fn why_not(technique: &Technique, scene: &Scene) -> Option<String> {
 fn table(rows: &[Row]) -> String {
     let mut out = Table::new();
     out.load_style(comfy_table::presets::NOTHING);
-    out.set_header(["technique", "shade ms", "× rectangle", "RMSE", "max", "FLIP", "energy", "yardstick"]);
+    let noisy = rows.iter().any(|r| r.yardstick_noise.is_some());
+    let header = ["technique", "shade ms", "× rectangle", "RMSE", "max", "FLIP", "energy", "yardstick"];
+    let more = noisy.then_some(["yardstick's noise", "RMSE less noise"]);
+    out.set_header(header.into_iter().chain(more.into_iter().flatten()));
     let number = |value: Option<f64>, decimals: usize| {
         let text = value.map_or_else(|| "–".into(), |v| format!("{v:.decimals$}"));
         Cell::new(text).set_alignment(CellAlignment::Right)
@@ -225,7 +263,7 @@ fn table(rows: &[Row]) -> String {
         Cell::new(text).set_alignment(CellAlignment::Right)
     };
     for row in rows {
-        out.add_row([
+        let mut cells = vec![
             Cell::new(&row.technique),
             number(Some(row.seconds * 1e3), 1),
             number(row.rectangles, 2),
@@ -234,7 +272,11 @@ fn table(rows: &[Row]) -> String {
             number(row.flip, 5),
             number(row.errors.and_then(|e| e.energy_ratio), 5),
             Cell::new(row.yardstick.as_deref().unwrap_or("is one")),
-        ]);
+        ];
+        if noisy {
+            cells.extend([small(row.yardstick_noise), small(row.rmse_less_noise)]);
+        }
+        out.add_row(cells);
     }
     out.to_string()
 }

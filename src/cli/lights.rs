@@ -216,7 +216,7 @@ fn font(name: &str) -> Result<Font, Error> {
 fn svg_art(file: &Path, style: &Style) -> Result<Art, Error> {
     let name = file.display().to_string();
     let art = svg::svg(&read(file, MAX_BYTES)?, &name, &SvgOptions::bundled(style.size()))?;
-    let layers: Vec<_> = art.layers.into_iter().map(|l| l.into_light(!style.no_svg_colors)).collect();
+    let layers: Vec<_> = art.layers.into_iter().map(|l| Layer::of_art(l, !style.no_svg_colors)).collect();
     if layers.iter().all(|l| l.radiance == DVec3::ZERO) {
         return Err(Error::Usage(format!("{name}: all of it is black; --no-svg-colors lights every part of it")));
     }

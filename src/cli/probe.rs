@@ -68,9 +68,16 @@ enum What {
 struct How {
     #[command(flatten)]
     technique: TechniqueArgs,
-    /// Error allowed by the tree: of the integral, or of the radiance at a point
-    #[arg(long, default_value_t = 1e-5, value_parser = positive)]
-    tolerance: f32,
+    /// tree, textured: largest error of the integral, or of the radiance at a point [default: 1e-5]
+    #[arg(long, value_parser = positive)]
+    tolerance: Option<f32>,
+}
+
+impl How {
+    fn tolerance(&self) -> Result<f32, Error> {
+        self.technique.check_tolerance(self.tolerance)?;
+        Ok(self.tolerance.unwrap_or(1e-5))
+    }
 }
 
 pub fn run(args: &Args) -> Result<(), Error> {
@@ -115,11 +122,12 @@ struct Value {
 
 fn integrals(path: &Path, how: &How) -> Result<(), Error> {
     let (technique, _) = how.technique.resolve()?;
+    let tolerance = how.tolerance()?;
     lines(path, |case: Case| {
         let shape = contours(&case.curves)?;
         let images = Images::in_cosine_space(cosine_space(&case)?);
         let emitter = Emitter::of_shape(shape, &technique).map_err(|e| format!("`curves`: {e}"))?;
-        let integral = images.integral(&emitter, None, how.tolerance, &mut Budget::default());
+        let integral = images.integral(&emitter, None, tolerance, &mut Budget::default());
         let (value, visited) = integral.map_or((0.0, 0), |i| (i.value.x, i.visited));
         json(&Value { id: case.id, value, visited }).map_err(|e| e.to_string())
     })
@@ -180,7 +188,7 @@ fn scene_points(scene: &Path, points: &Path, how: &How) -> Result<(), Error> {
     let (loaded, _) = super::scene::open(scene)?;
     super::warn(&loaded.warnings);
     let (technique, horizons) = how.technique.resolve()?;
-    let settings = Settings { width: 1, height: 1, samples: 1, tolerance: how.tolerance, technique, horizons };
+    let settings = Settings { width: 1, height: 1, samples: 1, tolerance: how.tolerance()?, technique, horizons };
     let prepared = Prepared::new(&loaded.scene, &settings)?;
     lines(points, |point: Point| json(&reading(&prepared, &settings, point)?).map_err(|e| e.to_string()))
 }

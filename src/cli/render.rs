@@ -30,9 +30,9 @@ pub struct Args {
     /// Samples per pixel
     #[arg(long, default_value_t = 4)]
     samples: u32,
-    /// Largest error of each light and lobe, in radiance of the picture
-    #[arg(long, default_value_t = 1e-4, value_parser = positive)]
-    tolerance: f32,
+    /// tree, textured: largest error of the picture's radiance by integration [default: 1e-4]
+    #[arg(long, value_parser = positive)]
+    tolerance: Option<f32>,
     #[command(flatten)]
     technique: TechniqueArgs,
     /// Where to compute: auto takes a hardware GPU if there is one, else the CPU; gpu takes a software driver as well
@@ -60,6 +60,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         check_writable(path)?;
     }
     let (technique, horizons) = args.technique.resolve()?;
+    args.technique.check_tolerance(args.tolerance)?;
     if let Some(path) = &args.count_edges {
         check_heat_map(path, args, technique)?;
     }
@@ -67,7 +68,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         width: args.width,
         height: args.height,
         samples: args.samples,
-        tolerance: args.tolerance,
+        tolerance: args.tolerance.unwrap_or(Settings::default().tolerance),
         technique,
         horizons,
     };
@@ -87,7 +88,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         && !args.json
     {
         say(format!(
-            "{} per sample: min {min}, max {max}, mean {mean:.2} (dark is 0, light is max)",
+            "{} per sample: min {min}, max {max}, mean {mean:.2} (dark is min, light is max, black is none)",
             technique.parts()
         ))?;
     }

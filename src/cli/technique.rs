@@ -1,10 +1,11 @@
 //! Which technique, by the flags that all verbs share.
 
 use super::values::positive;
-use crate::backend::technique::{Basis, MASK_SIZES, MAX_SEGMENTS, MAX_SPP, NAMES, ReferenceLobe};
+use crate::backend::technique::{Basis, MASK_SIZES, MAX_SEGMENTS, MAX_SPP, NAMES, ReferenceLobe, Sampling};
 use crate::backend::{Horizons, Technique};
 use crate::error::Error;
 use clap::ValueEnum;
+use core::str::FromStr;
 
 /// How integrals are evaluated.
 #[derive(Debug, clap::Args)]
@@ -12,8 +13,8 @@ pub struct TechniqueArgs {
     /// How integrals are evaluated: tree, exact (f64, slow), kuge[:EPS], uniform[:N], quad[:MASK], textured, pal[:BASIS],
     /// representative, reference[:SPP] (Monte Carlo, slow)
     #[arg(long, default_value = "tree", value_name = "NAME")]
-    technique: Technique,
-    /// kuge: least contribution of a triangle that is subdivided, 2π being a hemisphere; the paper's own if not given: 0.1·alpha, and 1000 for diffuse
+    technique: Spelled,
+    /// kuge: least contribution of a triangle that is subdivided, 2π being a hemisphere [default: the paper's, 0.1·alpha, and 1000 for diffuse light]
     #[arg(long, value_parser = positive)]
     eps: Option<f32>,
     /// uniform: edges per curve [default: 30]
@@ -69,13 +70,44 @@ enum HorizonArg {
     Cosine,
 }
 
+/// A technique as it was written.
+#[derive(Clone, Copy, Debug)]
+struct Spelled {
+    technique: Technique,
+    /// Whether it came with its parameter.
+    parameter: bool,
+}
+
+impl FromStr for Spelled {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Ok(Self { technique: text.parse()?, parameter: text.contains([':', ' ']) })
+    }
+}
+
 impl TechniqueArgs {
+    /// Refuses a tolerance for a technique that heeds none.
+    ///
+    /// # Errors
+    /// [`Error::Usage`].
+    pub fn check_tolerance(&self, tolerance: Option<f32>) -> Result<(), Error> {
+        match self.technique.technique {
+            Technique::Tree | Technique::Textured => Ok(()),
+            _ if tolerance.is_none() => Ok(()),
+            other => {
+                let name = other.name();
+                Err(Error::Usage(format!("--tolerance goes with tree and textured; it has no effect on {name}")))
+            }
+        }
+    }
+
     /// The technique with its parameters, and where lobes are clipped.
     ///
     /// # Errors
     /// [`Error::Usage`] for a flag that has no effect on the technique.
     pub fn resolve(&self) -> Result<(Technique, Horizons), Error> {
-        let mut technique = self.technique;
+        let Spelled { mut technique, parameter } = self.technique;
         let name = technique.name();
         let given = [
             ("eps", self.eps.is_some(), "kuge"),
@@ -89,6 +121,13 @@ impl TechniqueArgs {
         ];
         if let Some((flag, _, of)) = given.iter().find(|(_, given, of)| *given && *of != name) {
             return Err(Error::Usage(format!("--{flag} goes with --technique {of}; it has no effect on {name}")));
+        }
+        let parameters = ["eps", "segments", "mask-size", "basis", "spp"];
+        if let Some((flag, ..)) = given.iter().find(|(flag, given, _)| parameter && *given && parameters.contains(flag))
+        {
+            return Err(Error::Usage(format!(
+                "--technique {technique} and --{flag} both give the parameter; give it once"
+            )));
         }
         match &mut technique {
             Technique::Kuge { eps } => *eps = self.eps.or(*eps),
@@ -109,6 +148,11 @@ impl TechniqueArgs {
                     NAMES.into_iter().filter(|n| n.parse().is_ok_and(|t: Technique| t.knows_true_horizon())).collect();
                 let message = format!("--horizon both goes with {}; {name} cannot", knowing.join(", "));
                 return Err(Error::Usage(message));
+            }
+            Some(_) if matches!(technique, Technique::Reference(Sampling { lobe: ReferenceLobe::Ggx, .. })) => {
+                return Err(Error::Usage(
+                    "--horizon goes with --lobe ltc; GGX itself has no horizon but the surface".into(),
+                ));
             }
             Some(HorizonArg::Cosine) => Horizons::Cosine,
             _ => Horizons::Both,

@@ -15,7 +15,7 @@ const VIRIDIS: [[u8; 3]; 33] = [
     [213, 226, 26], [234, 229, 26], [253, 231, 37],
 ];
 
-/// What the colours of a heat map stand for: the darkest is 0, the lightest `max`, evenly between.
+/// What the colours of a heat map stand for: the darkest is `min`, the lightest `max`, evenly between. 0 is black.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Scale {
     /// Least value above 0; 0 where there is none.
@@ -44,8 +44,12 @@ impl Scale {
 
     /// The colour of a value, sRGB.
     pub fn color(&self, value: f32) -> [u8; 3] {
+        if value <= 0.0 {
+            return [0; 3];
+        }
         let last = VIRIDIS.len() - 1;
-        let place = if self.max > 0.0 { (value / self.max).clamp(0.0, 1.0) * last as f32 } else { 0.0 };
+        let range = self.max - self.min;
+        let place = if range > 0.0 { ((value - self.min) / range).clamp(0.0, 1.0) * last as f32 } else { 0.0 };
         let step = (place as usize).min(last - 1);
         let part = place - step as f32;
         let mix = |c: usize| f32::from(VIRIDIS[step][c]) * (1.0 - part) + f32::from(VIRIDIS[step + 1][c]) * part;
@@ -72,13 +76,15 @@ mod tests {
 
     #[test]
     fn colours_run_from_dark_to_light() {
-        let values = [0.0, 2.0, 6.0, 10.0];
+        let values = [0.0, 5.0, 7.0, 11.0, 15.0];
         let scale = Scale::of(&values);
-        assert_eq!(scale, Scale { min: 2.0, max: 10.0, mean: 6.0 });
-        assert_eq!(values.map(|v| scale.color(v)), [VIRIDIS[0], [65, 69, 135], [34, 168, 132], VIRIDIS[32]]);
+        assert_eq!(scale, Scale { min: 5.0, max: 15.0, mean: 9.5 });
+        // A fifth and three fifths along matplotlib's own 256 entries, to the integer.
+        let expected = [[0; 3], VIRIDIS[0], [65, 68, 135], [34, 168, 132], VIRIDIS[32]];
+        assert_eq!(values.map(|v| scale.color(v)), expected);
         let lightness = |v: f32| scale.color(v).map(u32::from).iter().sum::<u32>();
-        assert!((1..=50).all(|i| lightness(i as f32 * 0.2) > lightness((i - 1) as f32 * 0.2)));
+        assert!((1..=50).all(|i| lightness(5.0 + i as f32 * 0.2) > lightness(4.8 + i as f32 * 0.2)));
         assert_eq!(Scale::of(&[0.0]), Scale { min: 0.0, max: 0.0, mean: 0.0 });
-        assert_eq!(Scale::of(&[0.0]).color(0.0), VIRIDIS[0]);
+        assert_eq!(Scale::of(&[0.0, 3.0, 3.0]).color(3.0), VIRIDIS[0]);
     }
 }

@@ -64,7 +64,7 @@ impl LocalCurve {
     }
 
     /// The point at t, as a displacement from the nearer end, which keeps the ends' digits.
-    #[inline]
+    #[inline(always)]
     pub fn point(&self, t: f32) -> Vec2 {
         let s = 1.0 - t;
         let (e0, e1) = (self.d1 - self.d0, self.d2 - self.d1);
@@ -89,7 +89,7 @@ pub struct Corner {
 
 impl Corner {
     /// At the point `q` relative to the map's foot.
-    #[inline]
+    #[inline(always)]
     pub fn new(map: &CosineMap, q: Vec2) -> Self {
         let p = map.point(q);
         Self { q, p, inv: 1.0 / p.length().max(NEAREST_IMAGE) }
@@ -97,7 +97,7 @@ impl Corner {
 }
 
 /// 2π times the contour integral along the edge from a to b ([`super::edge::edge_integral`]).
-#[inline]
+#[inline(always)]
 pub fn corner_edge(map: &CosineMap, a: &Corner, b: &Corner) -> f32 {
     let u = b.q - a.q;
     let inv = a.inv * b.inv;

@@ -59,12 +59,11 @@ struct Part {
 }
 
 impl Part {
-    /// The point at `index` of 2^`level` equal steps.
-    fn point(&self, curve: &LocalCurve, index: u32, level: u32) -> Vec2 {
-        if index == 1 << level {
-            return self.end;
-        }
-        curve.point(self.t0 + (self.t1 - self.t0) * (index as f32 / (1_u32 << level) as f32))
+    /// The point after `index` steps of the width 2⁻ⁿ, of which 2ⁿ make the part.
+    #[inline(always)]
+    fn point(&self, curve: &LocalCurve, index: u32, width: f32) -> Vec2 {
+        let share = index as f32 * width;
+        if share == 1.0 { self.end } else { curve.point(self.t0 + (self.t1 - self.t0) * share) }
     }
 }
 
@@ -105,22 +104,25 @@ fn curve_above(map: &CosineMap, horizon: Option<&Horizon>, curve: &LocalCurve, e
 
 /// The integral (times 2π) along a part of a curve above the horizon.
 ///
-/// Step `index` of 2^`level`, from a to b with `chord` the integral along its chord. Slots hold the right halves that
-/// wait, one at most for each level.
+/// Step `index` of 2^`level`, as wide as twice `half`, from a to b with `chord` the integral along its chord. Slots hold the
+/// right halves that wait, one at most for each level. No triangle contributes more than 2π: with an eps above that the
+/// chords need not be known.
 fn part_integral(map: &CosineMap, curve: &LocalCurve, part: &Part, eps: f32) -> EdgeSum {
     let mut slots = [(Vec2::ZERO, 0.0); HALVINGS as usize];
-    let (mut level, mut index) = (START_LEVEL, 0);
+    let adaptive = eps <= TAU;
+    let (mut level, mut index, mut half) = (START_LEVEL, 0, 0.5 / INTERVALS as f32);
     let mut total = EdgeSum::default();
     let mut a = Corner::new(map, part.start);
-    let mut b = Corner::new(map, part.point(curve, 1, level));
-    let mut chord = corner_edge(map, &a, &b);
+    let mut b = Corner::new(map, part.point(curve, 1, 2.0 * half));
+    let mut chord = if adaptive { corner_edge(map, &a, &b) } else { 0.0 };
     while index < INTERVALS || level > START_LEVEL {
-        let m = Corner::new(map, part.point(curve, 2 * index + 1, level + 1));
+        let m = Corner::new(map, part.point(curve, 2 * index + 1, half));
         let (first, second) = (corner_edge(map, &a, &m), corner_edge(map, &m, &b));
-        if (first + second - chord).abs() >= eps && level < START_LEVEL + HALVINGS {
+        if adaptive && (first + second - chord).abs() >= eps && level < START_LEVEL + HALVINGS {
             slots[(level - START_LEVEL) as usize] = (b.q, second);
             level += 1;
             index *= 2;
+            half *= 0.5;
             b = m;
             chord = first;
             continue;
@@ -132,13 +134,14 @@ fn part_integral(map: &CosineMap, curve: &LocalCurve, part: &Part, eps: f32) -> 
         let up = index.trailing_zeros().min(level - START_LEVEL);
         index >>= up;
         level -= up;
+        half *= (1_u32 << up) as f32;
         if level > START_LEVEL {
             let slot = slots[(level - 1 - START_LEVEL) as usize];
             b = Corner::new(map, slot.0);
             chord = slot.1;
         } else if index < INTERVALS {
-            b = Corner::new(map, part.point(curve, index + 1, level));
-            chord = corner_edge(map, &a, &b);
+            b = Corner::new(map, part.point(curve, index + 1, 2.0 * half));
+            chord = if adaptive { corner_edge(map, &a, &b) } else { 0.0 };
         }
     }
     total

@@ -1,7 +1,7 @@
 //! A light as a picture: coverage of its shapes by tiny-skia, times their radiance.
 
 use super::Layer;
-use super::picture::Picture;
+use crate::picture::Picture;
 use crate::shape::{Bounds, Contour, CubicBez, Shape};
 use glam::{DVec2, Vec3, Vec4};
 use rayon::prelude::*;

@@ -4,14 +4,14 @@ pub mod curves;
 pub mod distance;
 pub mod mask;
 pub mod mosaic;
-pub mod picture;
 pub mod prefilter;
 pub mod simple;
 pub mod tree;
 
+use crate::outline::svg::ArtLayer;
+use crate::picture::Picture;
 use crate::shape::{Bounds, Shape};
 use glam::{DMat3, DVec2, DVec3, DVec4};
-use picture::Picture;
 use std::sync::Arc;
 
 /// Where a light stands: the affine map from light space to world space.
@@ -85,6 +85,19 @@ pub struct Layer {
 }
 
 impl Layer {
+    /// A layer of a drawing, of radiance 1 in white; without its own colours it is white, at its (mean) opacity.
+    pub fn of_art(art: ArtLayer, own_colors: bool) -> Self {
+        let ArtLayer { shape, color, opacity, picture, .. } = art;
+        match picture.filter(|_| own_colors) {
+            Some(picture) => Self { shape, radiance: DVec3::ONE, opacity: 1.0, picture: Some(picture) },
+            // The colours are multiplied by the opacity already.
+            None => {
+                let radiance = if own_colors { DVec3::from_array(color) } else { DVec3::splat(opacity) };
+                Self { shape, radiance, opacity, picture: None }
+            }
+        }
+    }
+
     /// Mean colour of its picture over the shape, linear, multiplied by alpha (w); white without a picture.
     pub fn mean_color(&self) -> DVec4 {
         self.picture.as_ref().map_or(DVec4::ONE, |picture| picture.mean_over(&self.shape).as_dvec4())

@@ -1,10 +1,10 @@
 //! Cuts a region that carries a picture into tiles of one colour, in a tree. The walk over it is [`crate::kernel::mosaic`].
 
 use super::Square;
-use super::picture::Picture;
 use super::tree::{Tree, TreeError};
 use crate::kernel::mosaic::{Tile, Tiles};
 use crate::kernel::tree::{Handles, LowEnds, Node};
+use crate::picture::Picture;
 use crate::shape::{CubicBez, Shape};
 use glam::{DVec2, DVec3, UVec2, Vec2};
 

@@ -8,8 +8,8 @@
 mod distance;
 
 use super::Square;
-use super::picture::Picture;
 use crate::kernel::picture::Level;
+use crate::picture::Picture;
 use distance::distances;
 use glam::{DVec2, Vec2, Vec3, Vec4};
 use half::f16;
@@ -99,7 +99,9 @@ impl<'a> Source<'a> {
     fn new(picture: &'a Picture) -> Self {
         let sides = picture.high - picture.low;
         let texel = sides / DVec2::new(f64::from(picture.width), f64::from(picture.height));
-        let margin = (DVec2::splat(MARGIN * (sides.x * sides.y).sqrt()) / texel).ceil().max(DVec2::ONE);
+        // Around a hairline no wider than the picture is long.
+        let longest = DVec2::splat(f64::from(picture.width.max(picture.height)));
+        let margin = (MARGIN * (sides.x * sides.y).sqrt() / texel).ceil().clamp(DVec2::ONE, longest);
         let border = margin * texel;
         let margin = [margin.x as usize, margin.y as usize];
         let size = [picture.width as usize + 2 * margin[0], picture.height as usize + 2 * margin[1]];

@@ -1,7 +1,7 @@
 //! Pictures embedded in an SVG: decoding, and the view of one placed in light space.
 
 use crate::color::srgb_decode;
-use crate::light::picture::{MAX_SIDE, Picture};
+use crate::picture::{MAX_SIDE, Picture};
 use glam::{DAffine2, DVec2, DVec4, Vec4};
 use image::{ImageReader, Limits};
 use std::io::Cursor;

@@ -5,7 +5,7 @@
 
 use super::embedded::{Image, View};
 use super::gradient::Gradient;
-use crate::light::picture::{MAX_SIDE, Picture};
+use crate::picture::{MAX_SIDE, Picture};
 use crate::shape::Bounds;
 use glam::{DAffine2, DVec2, DVec3, DVec4, Vec4};
 use rayon::prelude::*;

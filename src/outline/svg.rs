@@ -9,10 +9,9 @@ use super::layers::LayerError;
 use super::path::PathError;
 use super::walk;
 use super::{OutlineError, Warning};
-use crate::light::Layer;
-use crate::light::picture::Picture;
+use crate::picture::Picture;
 use crate::shape::Shape;
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -85,21 +84,6 @@ pub struct ArtLayer {
     pub picture: Option<Arc<Picture>>,
     /// The elements it comes from, for messages.
     pub element: String,
-}
-
-impl ArtLayer {
-    /// The layer as a light of radiance 1 in white; without its own colours it is white, at its (mean) opacity.
-    pub fn into_light(self, own_colors: bool) -> Layer {
-        let Self { shape, color, opacity, picture, .. } = self;
-        match picture.filter(|_| own_colors) {
-            Some(picture) => Layer { shape, radiance: DVec3::ONE, opacity: 1.0, picture: Some(picture) },
-            // The colours are multiplied by the opacity already.
-            None => {
-                let radiance = if own_colors { DVec3::from_array(color) } else { DVec3::splat(opacity) };
-                Layer { shape, radiance, opacity, picture: None }
-            }
-        }
-    }
 }
 
 /// Why an SVG file gave no light.

@@ -9,7 +9,7 @@ use super::overlap::{self, OverlapError};
 use super::paint::{Field, Grid};
 use super::svg::{Art, ArtLayer, SvgError, SvgOptions};
 use super::{FillRule, Warning, embedded, stroke};
-use crate::light::picture::Picture;
+use crate::picture::Picture;
 use crate::shape::Shape;
 use glam::{DVec2, Vec4};
 use kurbo::{Affine, BezPath, Cap, Join};

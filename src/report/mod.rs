@@ -15,7 +15,8 @@
 //!                             "rectangles" (or null), "yardstick" (null: it is one), "picture", "error_map" (or null),
 //!                             "errors" (null where there is no yardstick):
 //!                               { "mae", "rmse", "rmse_of_peak" (or null), "max", "p999", "energy_ratio" (or null) },
-//!                             "flip" (null where there is no yardstick), "noise" (null but for Monte Carlo) } ] } ],
+//!                             "flip" (null where there is no yardstick), "noise" (null but for Monte Carlo),
+//!                             "yardstick_noise", "rmse_less_noise" (null but with a Monte Carlo yardstick) } ] } ],
 //!   "left_out": [ { "technique", "reason" } ] }
 //! ```
 //!
@@ -158,6 +159,10 @@ pub struct Row {
     pub flip: Option<f64>,
     /// Standard error of the picture itself, root mean square, W·sr⁻¹·m⁻²: errors below that of their yardstick say nothing.
     pub noise: Option<f64>,
+    /// [`Row::noise`] of the yardstick: what the errors hold beside those of the technique.
+    pub yardstick_noise: Option<f64>,
+    /// The RMSE with that noise taken off, [`crate::metrics::less_noise`], W·sr⁻¹·m⁻².
+    pub rmse_less_noise: Option<f64>,
     /// File of the picture.
     pub picture: String,
     /// File of the error map.

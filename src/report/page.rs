@@ -157,7 +157,9 @@ fn caption(row: &Row) -> String {
     let noise = row.noise.map_or_else(String::new, |noise| format!(", noise {}", digits(noise)));
     let Some(errors) = row.errors else { return format!("is a yardstick{noise}") };
     let yardstick = row.yardstick.as_deref().unwrap_or_default();
-    format!("RMSE {}, at most {}, against {}{noise}", digits(errors.rmse), digits(errors.max), escape(yardstick))
+    let less = row.rmse_less_noise.map_or_else(String::new, |e| format!(" ({} less noise)", digits(e)));
+    let [rmse, max] = [errors.rmse, errors.max].map(digits);
+    format!("RMSE {rmse}{less}, at most {max}, against {}{noise}", escape(yardstick))
 }
 
 fn picture(out: &mut String, pictures: &[PagePicture], file: &str, alt: &str) {

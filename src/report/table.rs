@@ -19,7 +19,7 @@ pub(super) enum Value<'r> {
 }
 
 /// The columns: name in the CSV, and heading for people, who do not see those without.
-pub(super) const COLUMNS: [(&str, &str); 19] = [
+pub(super) const COLUMNS: [(&str, &str); 21] = [
     ("technique", "technique"),
     ("backend", "on"),
     ("device", ""),
@@ -30,6 +30,7 @@ pub(super) const COLUMNS: [(&str, &str); 19] = [
     ("rectangles", "× rectangle"),
     ("mae", "MAE"),
     ("rmse", "RMSE"),
+    ("rmse_less_noise", "RMSE less noise"),
     ("rmse_of_peak", "RMSE/peak"),
     ("p999", "99.9 %"),
     ("max", "max"),
@@ -37,6 +38,7 @@ pub(super) const COLUMNS: [(&str, &str); 19] = [
     ("energy_ratio", "energy"),
     ("noise", "noise"),
     ("yardstick", "yardstick"),
+    ("yardstick_noise", "its noise"),
     ("picture", ""),
     ("error_map", ""),
 ];
@@ -56,6 +58,7 @@ pub(super) fn values(row: &Row) -> [Value<'_>; COLUMNS.len()] {
         number(row.rectangles),
         number(errors.map(|e| e.mae)),
         number(errors.map(|e| e.rmse)),
+        number(row.rmse_less_noise),
         number(errors.and_then(|e| e.rmse_of_peak)),
         number(errors.map(|e| e.p999)),
         number(errors.map(|e| e.max)),
@@ -63,6 +66,7 @@ pub(super) fn values(row: &Row) -> [Value<'_>; COLUMNS.len()] {
         errors.and_then(|e| e.energy_ratio).map_or(Value::None, Value::Ratio),
         number(row.noise),
         word(&row.yardstick),
+        number(row.yardstick_noise),
         Value::Text(&row.picture),
         word(&row.error_map),
     ]
@@ -183,6 +187,12 @@ impl Comparison {
                 rectangles.join(", ")
             );
         }
+        if self.blocks.iter().flat_map(|b| &b.rows).any(|r| r.yardstick_noise.is_some()) {
+            text.push_str(
+                " Errors against Monte Carlo hold its noise, the root mean square of its standard error, too: “RMSE less \
+                 noise” is the root of the RMSE's square less the noise's, not below 0.",
+            );
+        }
         if let Some(scale) = self.error_scale {
             let _ = write!(
                 text,
@@ -208,7 +218,8 @@ fn counted(count: u32, noun: &str) -> String {
 
 /// The columns that people see: those with a heading, and of those that can be empty all but the ones that are.
 pub(super) fn shown(block: &Block) -> Vec<usize> {
-    let filled = |i: usize| COLUMNS[i].0 != "noise" || block.rows.iter().any(|r| values(r)[i] != Value::None);
+    let may_be_empty = |i: usize| ["noise", "rmse_less_noise", "yardstick_noise"].contains(&COLUMNS[i].0);
+    let filled = |i: usize| !may_be_empty(i) || block.rows.iter().any(|r| values(r)[i] != Value::None);
     (0..COLUMNS.len()).filter(|&i| !COLUMNS[i].1.is_empty() && filled(i)).collect()
 }
 

@@ -3,7 +3,7 @@
 use super::material::Texture;
 use crate::color::srgb_decode;
 use crate::light::Layer;
-use crate::light::picture::{MAX_SIDE as PICTURE_SIDE, Picture};
+use crate::picture::{MAX_SIDE as PICTURE_SIDE, Picture};
 use crate::shape::Bounds;
 use glam::Vec4;
 use image::{ImageFormat, ImageReader, Limits};

@@ -2,7 +2,7 @@
 //!
 //! The floor of a 1024 × 1024 picture, alpha 0.25, lights standing 0.15 m above it. Every light goes the same way; the
 //! rectangle is the unit to compare with. `integral` times the integral alone on one thread, at a hundredth of the
-//! pixels; `picture` the whole shading stage of a metal floor on each backend. Run: `cargo bench --bench integral`.
+//! pixels; `technique` does so by every technique; `picture` the whole shading stage of a metal floor on each backend. Run: `cargo bench --bench integral`.
 
 #![allow(clippy::print_stdout, reason = "a backend that is skipped is said aloud")]
 
@@ -123,6 +123,28 @@ fn integral(c: &mut Criterion) {
     }
 }
 
+/// What each technique takes for the same lights: the tree at tolerance 1e-3, the others at their own parameters.
+fn technique(c: &mut Criterion) {
+    const TECHNIQUES: [&str; 9] =
+        ["tree", "kuge", "kuge:1e-4", "uniform:6", "uniform:18", "uniform:30", "quad:512", "pal", "representative"];
+    for (light, shape) in lights().into_iter().take(3) {
+        let scene = scene(&shape);
+        let mut group = c.benchmark_group(format!("technique, specular, {light}"));
+        for name in TECHNIQUES {
+            let technique: Technique = name.parse().expect("a technique");
+            let settings = Settings { technique, ..settings(1e-3) };
+            let prepared = Prepared::new(&scene, &settings).expect("a scene");
+            let points = floor_points(&prepared);
+            let emitter = &prepared.emitters[0];
+            group.throughput(Throughput::Elements(points.len() as u64));
+            group.bench_function(BenchmarkId::from_parameter(name), |b| {
+                b.iter(|| black_box(integrate(emitter, black_box(&points), 1e-3, true)));
+            });
+        }
+        group.finish();
+    }
+}
+
 /// The shading stage of whole pictures.
 fn picture(c: &mut Criterion) {
     let mut backends: Vec<(&str, Box<dyn Backend>)> = vec![("cpu", Box::new(CpuBackend))];
@@ -160,5 +182,5 @@ fn gpu() -> Result<Box<dyn Backend>, BackendError> {
     Err(BackendError::NoAdapter("built without the feature `gpu`".into()))
 }
 
-criterion_group!(benches, integral, picture);
+criterion_group!(benches, integral, technique, picture);
 criterion_main!(benches);

@@ -3,18 +3,13 @@
 use crate::cases::{Rng, blob};
 use glam::{DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;
-use glyphlight::backend::gather::Images;
-use glyphlight::backend::prepared::Prepared;
 use glyphlight::backend::technique::Basis;
 use glyphlight::backend::{Backend, Horizons, Settings, Technique};
-use glyphlight::brdf::ltc::Table;
 use glyphlight::film::Film;
-use glyphlight::kernel::frame::ShadingFrame;
-use glyphlight::kernel::tree::Budget;
-use glyphlight::light::picture::Picture;
 use glyphlight::light::{AreaLight, Form, Layer, Placement, simple};
 use glyphlight::outline::font::Font;
 use glyphlight::outline::text::{TextStyle, layout};
+use glyphlight::picture::Picture;
 use glyphlight::scene::surface::plane;
 use glyphlight::scene::{Camera, Material, Scene};
 use glyphlight::shape::Shape;
@@ -95,14 +90,6 @@ fn render(scene: &Scene, technique: Technique) -> Film {
     CpuBackend.render(scene, &settings(technique)).unwrap().film
 }
 
-/// Differences of the beauty, all channels, ascending.
-fn differences(a: &Film, b: &Film) -> Vec<f32> {
-    let mut all: Vec<f32> =
-        a.beauty().zip(b.beauty()).flat_map(|(p, q)| (0..3).map(move |c| (p[c] - q[c]).abs())).collect();
-    all.sort_by(f32::total_cmp);
-    all
-}
-
 #[test]
 fn a_picture_colours_the_light() {
     // The reddish half of the floor's light goes where the texels are blue; without the picture it does not.
@@ -172,7 +159,20 @@ fn what_they_are_worth_in_a_picture() {
 mod on_the_gpu {
     use super::*;
     use crate::backends::gpu;
+    use glyphlight::backend::gather::Images;
     use glyphlight::backend::gpu::layout::MeterPoint;
+    use glyphlight::backend::prepared::Prepared;
+    use glyphlight::brdf::ltc::Table;
+    use glyphlight::kernel::frame::ShadingFrame;
+    use glyphlight::kernel::tree::Budget;
+
+    /// Differences of the beauty, all channels, ascending.
+    fn differences(a: &Film, b: &Film) -> Vec<f32> {
+        let mut all: Vec<f32> =
+            a.beauty().zip(b.beauty()).flat_map(|(p, q)| (0..3).map(move |c| (p[c] - q[c]).abs())).collect();
+        all.sort_by(f32::total_cmp);
+        all
+    }
 
     #[test]
     fn single_integrals_are_the_same_on_both() {

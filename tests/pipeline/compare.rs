@@ -4,15 +4,16 @@ use crate::cli::Workdir;
 use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::technique::{ReferenceLobe, Sampling};
 use glyphlight::backend::{Backend, Horizons, Settings, Technique};
-use glyphlight::metrics::{Figures, figures};
+use glyphlight::metrics::{Figures, figures, less_noise};
 use glyphlight::report::page::PagePicture;
 use glyphlight::report::scale::ErrorScale;
 use glyphlight::report::{
     Block, Comparison, FORMAT, LeftOut, Machine, PictureSettings, RectangleTime, Row, SceneSource,
 };
-use glyphlight::scene::Scene;
 use glyphlight::scene::figures::{FIGURES, load};
+use glyphlight::scene::{self, Scene};
 use serde_json::Value;
+use std::path::Path;
 
 /// Text that is markup everywhere.
 pub const NASTY: &str = "a <b>&\"quoted\"</script> | *x*, `y`\nend";
@@ -40,6 +41,8 @@ pub fn row(technique: &str, rmse: f64, yardstick: Option<&str>) -> Row {
         errors: yardstick.map(|_| errors),
         flip: yardstick.map(|_| 0.01),
         noise: None,
+        yardstick_noise: None,
+        rmse_less_noise: None,
         picture: format!("pictures/{stem}.png"),
         error_map: yardstick.map(|_| format!("errors/{stem}.png")),
     }
@@ -204,34 +207,51 @@ fn figures_load_and_say_what_to_compare() {
     assert!(unknown.contains("figure:hole ") && unknown.contains("alpha-0.01, alpha-0.1"), "{unknown}");
 }
 
-/// The default technique has at most a tenth of the masked rectangle's error, in every figure.
+/// The RMSE of the default technique over that of the masked rectangle, without the noise of a yardstick that has some.
+/// The default technique sees the lights `brighter` than they are.
+fn rmse_over_quad(scene: &Scene, brighter: f64) -> f64 {
+    let mut lit = scene.clone();
+    lit.lights.iter_mut().flat_map(|l| &mut l.layers).for_each(|layer| layer.radiance *= brighter);
+    let picture = scene.lights.iter().any(|l| l.layers.iter().any(|layer| layer.picture.is_some()));
+    let sampling = Sampling { spp: 512, lobe: ReferenceLobe::Ltc, ..Sampling::default() };
+    let yardstick = if picture { Technique::Reference(sampling) } else { Technique::Exact };
+    let render = |scene: &Scene, technique: Technique, horizons: Horizons| {
+        let settings = Settings { width: 32, height: 18, samples: 1, tolerance: 1e-4, technique, horizons };
+        CpuBackend.render(scene, &settings).unwrap().film
+    };
+    let ours = (&lit, Technique::Tree, Horizons::Both);
+    let theirs = (scene, Technique::Quad { mask: 512 }, Horizons::Cosine);
+    let [tree, quad] = [ours, theirs].map(|(seen, technique, horizons)| {
+        let truth = render(scene, yardstick, horizons);
+        let [seen, shown] =
+            [render(seen, technique, horizons), truth.clone()].map(|f| f.reflected().collect::<Vec<_>>());
+        let variance = truth.variance.iter().flatten().flatten().map(|&v| f64::from(v)).sum::<f64>();
+        assert_eq!(variance > 0.0, picture, "noise where there is sampling, and only there");
+        less_noise(figures(&seen, &shown).unwrap().rmse, (variance / (3 * shown.len()) as f64).sqrt())
+    });
+    println!("tree {tree:.2e}, quad {quad:.2e}");
+    tree / quad
+}
+
+/// The default technique has at most a tenth of the masked rectangle's error, in every scene that is bundled.
 #[test]
 fn the_tree_beats_the_masked_rectangle_tenfold() {
-    let rmse_over_quad = |name: &str, brighter: f64| {
-        let scene = load(name).unwrap().scene;
-        let mut lit = scene.clone();
-        lit.lights.iter_mut().flat_map(|l| &mut l.layers).for_each(|layer| layer.radiance *= brighter);
-        let picture = scene.lights.iter().any(|l| l.layers.iter().any(|layer| layer.picture.is_some()));
-        let sampling = Sampling { spp: 512, lobe: ReferenceLobe::Ltc, ..Sampling::default() };
-        let yardstick = if picture { Technique::Reference(sampling) } else { Technique::Exact };
-        let render = |scene: &Scene, technique: Technique, horizons: Horizons| {
-            let settings = Settings { width: 32, height: 18, samples: 1, tolerance: 1e-4, technique, horizons };
-            CpuBackend.render(scene, &settings).unwrap().film.reflected().collect::<Vec<_>>()
-        };
-        let ours = (&lit, Technique::Tree, Horizons::Both);
-        let theirs = (&scene, Technique::Quad { mask: 512 }, Horizons::Cosine);
-        let [tree, quad] = [ours, theirs].map(|(seen, technique, horizons)| {
-            figures(&render(seen, technique, horizons), &render(&scene, yardstick, horizons)).unwrap().rmse
-        });
-        println!("{name}: tree {tree:.2e}, quad {quad:.2e}");
-        tree / quad
-    };
-    for figure in FIGURES {
-        let ratio = rmse_over_quad(figure.name, 1.0);
-        assert!(ratio <= 0.1, "{}: {ratio}", figure.name);
+    let mut scenes: Vec<_> = FIGURES.iter().map(|f| (f.name.to_owned(), load(f.name).unwrap().scene)).collect();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/scenes");
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "toml") {
+            scenes.push((path.display().to_string(), scene::file::load(&path).unwrap().scene));
+        }
+    }
+    assert!(scenes.len() >= FIGURES.len() + 3);
+    for (name, scene) in &scenes {
+        println!("{name}:");
+        let ratio = rmse_over_quad(scene, 1.0);
+        assert!(ratio <= 0.1, "{name}: {ratio}");
     }
     // A light that is a twentieth too bright is noticed.
-    assert!(rmse_over_quad("mask", 1.05) > 0.1);
+    assert!(rmse_over_quad(&load("mask").unwrap().scene, 1.05) > 0.1);
 }
 
 /// The smallest comparison there is.
@@ -300,6 +320,14 @@ fn nothing_of_the_users_is_overwritten() {
     here.write("out/letter.txt", "mine");
     refused(&[&tree[..], &["out"]].concat(), "out: the folder is not empty");
     refused(&[&tree[..], &["out", "--force"]].concat(), "\"letter.txt\", which is no part of a comparison");
+    // What cannot show anything ends before it begins.
+    let textured = ["figure:hole", "--techniques", "textured", "-o", "new"];
+    refused(&textured, "nothing to compare: textured: no light of the scene has a picture");
+    refused(
+        &["figure:picture", "--techniques", "exact", "-o", "new"],
+        "nothing to compare: exact: a light of the scene",
+    );
+    refused(&[&tree[..], &["new", "--spp", "16"]].concat(), "--spp has no effect here");
     // An error in the middle leaves nothing either.
     refused(&["figure:none", "-o", "new"], "figure:none: there is no such figure");
     refused(&[&tree[..], &["new", "--samples", "0"]].concat(), "with 0 samples per pixel");
@@ -313,6 +341,57 @@ fn nothing_of_the_users_is_overwritten() {
     assert_eq!(compare(&here, &[&uniform[..], &["--force"]].concat()).status.code(), Some(0));
     assert!(here.path("empty/pictures/uniform-6.png").exists() && !here.path("empty/pictures/tree.png").exists());
     assert_eq!(std::fs::read_to_string(here.path("out/letter.txt")).unwrap(), "mine");
+
+    // Nor is it where a folder has the names of a comparison, but not all that is in it is one's.
+    for folder in ["album/pictures", "empty/errors/more"] {
+        std::fs::create_dir_all(here.path(folder)).unwrap();
+    }
+    here.write("album/pictures/cat.png", "mine");
+    refused(&[&tree[..], &["album", "--force"]].concat(), "album: the folder has no table.json of a comparison");
+    here.write("album/table.json", "{ \"format\": 1, \"program\": \"another 1.0\" }");
+    refused(&[&tree[..], &["album", "--force"]].concat(), "album: the folder has no table.json of a comparison");
+    for foreign in ["errors/more/cat.png", "pictures/cat.jpg"] {
+        here.write(&format!("empty/{foreign}"), "mine");
+        let named = foreign.strip_suffix("/cat.png").unwrap_or(foreign);
+        let message = format!("empty: the folder holds \"{named}\", which is no part of a comparison");
+        refused(&[&uniform[..], &["--force"]].concat(), &message);
+        std::fs::remove_file(here.path(&format!("empty/{foreign}"))).unwrap();
+        let _ = std::fs::remove_dir(here.path("empty/errors/more"));
+    }
+    assert_eq!(compare(&here, &[&tree[..], &["empty", "--force"]].concat()).status.code(), Some(0));
+}
+
+#[test]
+fn the_noise_of_a_yardstick_is_told_from_the_error() {
+    let here = Workdir::new();
+    let rows = |folder: &str, args: &[&str]| -> Vec<Value> {
+        let output = compare(&here, &[args, &["-o", folder]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = std::fs::read(here.path(folder).join("table.json")).unwrap();
+        let json: Value = serde_json::from_slice(&text).unwrap();
+        json["blocks"][0]["rows"].as_array().unwrap().clone()
+    };
+    let number = |value: &Value| value.as_f64().unwrap();
+    // With a sixteenth of the samples the noise grows fourfold, or more as the points are well spread; what is left without it is still the technique's own.
+    let of = |folder: &str, spp: &str| {
+        let rows = rows(folder, &["figure:picture", "--techniques", "tree,quad", "--spp", spp]);
+        assert_eq!(rows[2]["technique"], format!("reference:{spp} LTC"));
+        let noise = number(&rows[2]["noise"]);
+        assert_eq!(number(&rows[0]["yardstick_noise"]), noise);
+        assert!(number(&rows[1]["yardstick_noise"]) > 0.0 && rows[2]["yardstick_noise"].is_null());
+        let [tree, quad] = [&rows[0], &rows[1]].map(|r| [number(&r["errors"]["rmse"]), number(&r["rmse_less_noise"])]);
+        // What the tree differs by is the noise; what the rectangle differs by is not.
+        assert!((0.5..2.0).contains(&(tree[0] / noise)) && tree[1] < tree[0], "{tree:?}, noise {noise}");
+        assert!((tree[1].powi(2) - (tree[0].powi(2) - noise * noise).max(0.0)).abs() < 1e-12, "{tree:?}");
+        assert!((quad[1] / quad[0] - 1.0).abs() < 0.05 && quad[1] < quad[0], "{quad:?}");
+        noise
+    };
+    let [coarse, fine] = [of("coarse", "64"), of("fine", "1024")];
+    assert!((2.5..14.0).contains(&(coarse / fine)), "{coarse} {fine}");
+    // `reference` in the list is one that --spp goes with; a yardstick without noise leaves the columns empty.
+    let listed = rows("listed", &["figure:hole", "--techniques", "reference", "--spp", "16"]);
+    assert_eq!(listed[0]["technique"], "reference:16 LTC");
+    assert!(listed[0]["yardstick_noise"].is_null() && listed[0]["rmse_less_noise"].is_null(), "{}", listed[0]);
 }
 
 #[test]

@@ -24,6 +24,7 @@ mod pal;
 mod polygon;
 mod prefilter;
 mod preset;
+mod quad;
 mod reference;
 mod representative;
 mod roots;

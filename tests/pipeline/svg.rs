@@ -3,6 +3,7 @@
 use crate::mask::{SHIFTS, disagreement};
 use crate::painter::Picture;
 use glam::DVec2;
+use glyphlight::light::Layer;
 use glyphlight::outline::FillRule::NonZero;
 use glyphlight::outline::bez_path;
 use glyphlight::outline::bundled::{DEFAULT_FAMILY, bundled};
@@ -257,7 +258,7 @@ fn gradients_patterns_and_images_have_their_mean() {
     let pictures: Vec<_> = art.layers.iter().map(|l| l.picture.is_some()).collect();
     assert_eq!(pictures, [true, false, false, true]);
     // Without its own colours, a layer shines at its mean opacity.
-    let plain: Vec<_> = art.layers.into_iter().map(|l| l.into_light(false)).collect();
+    let plain: Vec<_> = art.layers.into_iter().map(|l| Layer::of_art(l, false)).collect();
     assert!((plain[0].radiance - 0.5).abs().max_element() < 1e-3 && plain.iter().all(|l| l.picture.is_none()));
 }
 

@@ -4,8 +4,8 @@
 
 use super::lobes::Lobe;
 use super::region::{Region, Tile};
+use crate::backend::emitter::Skip;
 use crate::backend::emitter::{Emitter, Geometry};
-use crate::backend::gather::Skip;
 use crate::kernel::frame::ShadingFrame;
 use crate::light::Form;
 use core::f64::consts::{PI, TAU};

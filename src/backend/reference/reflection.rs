@@ -4,7 +4,7 @@ use super::lights::{Light, Source};
 use super::lobes::Lobe;
 use super::region::{chance, choose};
 use super::sampler::{Key, Sequence};
-use crate::backend::gather::Skip;
+use crate::backend::emitter::Skip;
 use glam::DVec3;
 
 /// A lobe with the lights that reach it.

@@ -4,7 +4,7 @@ use super::measure::{All, Measured, Role, per_megapixel, stem};
 use crate::backend::{Horizons, Settings};
 use crate::error::Error;
 use crate::film::{Display, png_of};
-use crate::metrics::{Figures, MetricsError, figures, flip, signed_error};
+use crate::metrics::{Figures, MetricsError, figures, flip, less_noise, signed_error};
 use crate::report::page::PagePicture;
 use crate::report::scale::ErrorScale;
 use crate::report::{Block, LeftOut, Row};
@@ -147,6 +147,7 @@ impl Judge<'_> {
             maps.push(Map { file: file.clone(), errors: signed_error(picture, truth)? });
             error_map = Some(file);
         }
+        let yardstick_noise = yardstick.and_then(|y| y.measured.noise());
         let measured = shown.measured;
         let seconds = measured.seconds();
         let rectangle = self.all.rectangle(&measured.backend).filter(|time| *time > 0.0);
@@ -163,6 +164,8 @@ impl Judge<'_> {
             errors,
             flip: difference,
             noise: measured.noise(),
+            yardstick_noise,
+            rmse_less_noise: yardstick_noise.zip(errors).map(|(noise, e)| less_noise(e.rmse, noise)),
             picture: measured.file("png"),
             error_map,
         })

@@ -5,13 +5,13 @@ use super::error::SceneError;
 use super::table::{Limit, Table, Value};
 use super::{COORDINATE, DEGREES, LENGTH, RADIANCE, SCALE};
 use crate::color::luminance;
-use crate::light::picture::Picture;
 use crate::light::{AreaLight, Form, Layer, Placement};
 use crate::outline::bundled;
 use crate::outline::font::{Font, Tag};
 use crate::outline::svg::{FontBytes, SvgOptions, svg};
 use crate::outline::text::{Align, Direction, TextStyle, layout};
 use crate::outline::{FillRule, Warning, path};
+use crate::picture::Picture;
 use crate::scene::Texture;
 use crate::scene::folder::Folder;
 use crate::scene::texture;
@@ -242,7 +242,7 @@ fn from_svg(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Art,
     let options = SvgOptions { size, fonts, font_family: bundled::DEFAULT_FAMILY.into() };
     let art = svg(&bytes, name, &options).map_err(|e| source.value.resource(e))?;
     warnings.extend(art.warnings);
-    Ok(art.layers.into_iter().map(|l| l.into_light(own_colors)).collect::<Vec<_>>().into())
+    Ok(art.layers.into_iter().map(|l| Layer::of_art(l, own_colors)).collect::<Vec<_>>().into())
 }
 
 fn from_text(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Art, SceneError> {

@@ -232,9 +232,9 @@ fn edges_are_counted_in_a_heat_map() {
     assert!(said.starts_with("edges per sample: min ") && said.lines().count() == 1, "{said}");
     let map = image::open(here.path("out/heat.png")).unwrap().into_rgb8();
     assert_eq!(map.dimensions(), (96, 54));
-    // The lightest colour where most edges are, the darkest where none are.
+    // The lightest colour where most edges are, black where none are.
     let colors: Vec<_> = map.pixels().map(|p| p.0).collect();
-    assert!(colors.contains(&[253, 231, 37]) && colors.contains(&[68, 1, 84]));
+    assert!(colors.contains(&[253, 231, 37]) && colors.contains(&[0; 3]));
     let [coarse, fine] = ["kuge:1e-1", "kuge:1e-6"].map(|name| heat_map(&["--technique", name]));
     for key in ["min", "max", "mean"] {
         assert!(fine[key].as_f64() >= coarse[key].as_f64() && coarse[key].as_f64() > Some(0.0), "{coarse} {fine}");

@@ -12,7 +12,7 @@ use glyphlight::brdf::ggx;
 use glyphlight::brdf::ltc::Table;
 use glyphlight::kernel::frame::ShadingFrame;
 use glyphlight::light::AreaLight;
-use glyphlight::light::picture::Picture;
+use glyphlight::picture::Picture;
 use glyphlight::scene::surface::plane;
 use glyphlight::scene::{Camera, Material, Scene};
 use glyphlight::shape::Shape;
