@@ -10,43 +10,24 @@ struct EdgeSum {
     edges: u32,
 }
 
-// A curve relative to the map's foot, by its ends and first differences.
-struct LocalCurve {
-    p0: vec2f,
-    p3: vec2f,
-    d0: vec2f,
-    d1: vec2f,
-    d2: vec2f,
-}
-
-fn local_curve(curve: Curve, foot: vec2f) -> LocalCurve {
-    return LocalCurve(curve.p0 - foot, curve.p3 - foot, curve.p1 - curve.p0, curve.p2 - curve.p1, curve.p3 - curve.p2);
+// A curve relative to the map's foot.
+fn local_curve(curve: Curve, foot: vec2f) -> Cubic {
+    return Cubic(curve.p0 - foot, curve.p3 - foot, curve.p1 - curve.p0, curve.p2 - curve.p1, curve.p3 - curve.p2);
 }
 
 // Whether it is a straight line.
-fn is_line(curve: LocalCurve) -> bool {
+fn is_line(curve: Cubic) -> bool {
     return all(curve.d0 == vec2f()) && all(curve.d2 == vec2f());
 }
 
 // The heights of the control points; those of the ends are what every curve that meets there finds.
-fn control_heights(curve: LocalCurve, plane: Horizon) -> vec4f {
+fn control_heights(curve: Cubic, plane: Horizon) -> vec4f {
     return vec4f(
         height_at(plane.height, curve.p0),
         height_at(plane.height, curve.p0 + curve.d0),
         height_at(plane.height, curve.p3 - curve.d2),
         height_at(plane.height, curve.p3),
     );
-}
-
-// The point at t, as a displacement from the nearer end, which keeps the ends' digits.
-fn local_point(c: LocalCurve, t: f32) -> vec2f {
-    let s = 1.0 - t;
-    let e0 = c.d1 - c.d0;
-    let e1 = c.d2 - c.d1;
-    if t < s {
-        return c.p0 + (c.d0 * 3.0 + (e0 * 3.0 + (e1 - e0) * t) * t) * t;
-    }
-    return c.p3 - (c.d2 * 3.0 - (e1 * 3.0 - (e1 - e0) * s) * s) * s;
 }
 
 // A corner of a polygon: a point of the light's plane and what its two edges share.

@@ -1,21 +1,19 @@
-// The technique `uniform`: the integral of one emission at one shading point. Twin of by_edges in src/backend/gather.rs.
+// The technique `uniform`. Twin of by_edges in src/backend/gather.rs.
 
-// The clamped-cosine integral over an emission, of a lobe clipped at z = 0.
-fn gather(
+fn clip_emission(emitter: Emitter, map: CosineMap, lobe: Lobe) -> Clip {
+    return clip_square(map);
+}
+
+// Clipped at z = 0.
+fn integrate_emission(
     emitter: Emitter,
     images: Images,
     lobe: Lobe,
+    map: CosineMap,
+    clip: Clip,
     tolerance: f32,
     budget: ptr<function, Budget>,
 ) -> Gathered {
-    let map = cosine_map(images, lobe);
-    if map.depth == 0.0 {
-        return skipped_for(SKIP_BEHIND);
-    }
-    let clip = clip_square(map);
-    if clip.below {
-        return skipped_for(SKIP_BELOW_HORIZON);
-    }
     let sum = uniform_integral(map, clip, emitter.first, emitter.end, frame.choice);
     return painted(lit(images, sum.value, sum.edges), emitter, map);
 }

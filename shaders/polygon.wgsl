@@ -26,7 +26,7 @@ fn uniform_integral(map: CosineMap, clip: Clip, first_curve: u32, end_curve: u32
         for (var i = 1u; i <= steps; i++) {
             var q = curve.p3;
             if i != steps {
-                q = local_point(curve, f32(i) * width);
+                q = cubic_point(curve, f32(i) * width);
             }
             let b = corner_at(map, q);
             let edge = clipped_edge(map, clip, cut, a, b);

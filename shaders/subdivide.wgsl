@@ -28,16 +28,16 @@ struct Part {
 }
 
 // The point after `index` steps of the width 2^-n, of which 2^n make the part.
-fn part_point(curve: LocalCurve, part: Part, index: u32, width: f32) -> vec2f {
+fn part_point(curve: Cubic, part: Part, index: u32, width: f32) -> vec2f {
     let share = f32(index) * width;
     if share == 1.0 {
         return part.end;
     }
-    return local_point(curve, part.t0 + (part.t1 - part.t0) * share);
+    return cubic_point(curve, part.t0 + (part.t1 - part.t0) * share);
 }
 
 // The curve's parts above the horizon, with the closing terms of its crossings (times 2 pi).
-fn curve_above(map: CosineMap, clip: Clip, curve: LocalCurve, eps: f32) -> EdgeSum {
+fn curve_above(map: CosineMap, clip: Clip, curve: Cubic, eps: f32) -> EdgeSum {
     var part = Part(0.0, 1.0, curve.p0, curve.p3);
     var total = EdgeSum(0.0, 0u);
     var found = Crossings(vec3f(1.0), 0u);
@@ -58,7 +58,7 @@ fn curve_above(map: CosineMap, clip: Clip, curve: LocalCurve, eps: f32) -> EdgeS
         var closing = 0.0;
         if i < found.count {
             t = found.t[i];
-            q = local_point(curve, t);
+            q = cubic_point(curve, t);
             closing = plane_crossing(clip.first, map_point(map, q));
         }
         if above {
@@ -82,7 +82,7 @@ fn curve_above(map: CosineMap, clip: Clip, curve: LocalCurve, eps: f32) -> EdgeS
 // Step `index` of 2^`level`, as wide as twice `half`, from a to b with `chord` the integral along its chord. Slots hold the
 // right halves that wait, one at most for each level. No triangle contributes more than 2 pi: with an eps above that the
 // chords need not be known.
-fn part_integral(map: CosineMap, curve: LocalCurve, part: Part, eps: f32) -> EdgeSum {
+fn part_integral(map: CosineMap, curve: Cubic, part: Part, eps: f32) -> EdgeSum {
     var slots = array<vec3f, HALVINGS>();
     let adaptive = eps <= TAU;
     var level = START_LEVEL;

@@ -131,26 +131,6 @@ fn edge_above(map: CosineMap, clip: Clip, place: u32, a: vec2f, b: vec2f) -> f32
     return cut_edge(map, clip, place == PLACE_CUT, a, b);
 }
 
-// A cubic from p0 to p3 by its first, second and third differences.
-struct Cubic {
-    p0: vec2f,
-    p3: vec2f,
-    d0: vec2f,
-    d1: vec2f,
-    d2: vec2f,
-}
-
-// The point at t, as a displacement from the nearer end, which keeps the ends' digits.
-fn cubic_point(c: Cubic, t: f32) -> vec2f {
-    let s = 1.0 - t;
-    let e0 = c.d1 - c.d0;
-    let e1 = c.d2 - c.d1;
-    if t < s {
-        return c.p0 + (c.d0 * 3.0 + (e0 * 3.0 + (e1 - e0) * t) * t) * t;
-    }
-    return c.p3 - (c.d2 * 3.0 - (e1 * 3.0 - (e1 - e0) * s) * s) * s;
-}
-
 // A third of the derivative at t.
 fn cubic_tangent(c: Cubic, t: f32) -> vec2f {
     let s = 1.0 - t;

@@ -4,7 +4,7 @@ use super::emitter::Skip;
 use super::gather::Images;
 use super::prepared::Prepared;
 use super::surfaces::Surfaces;
-use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique, reference};
+use super::{Backend, BackendError, Counters, Rendering, Settings, Shaded, Stats, Stopwatch, Technique, reference};
 use crate::brdf::ltc::Table;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::surface::{SurfacePoint, surface_point};
@@ -16,32 +16,6 @@ use rayon::prelude::*;
 /// Renders on the processor.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CpuBackend;
-
-/// What one row of pixels has cost.
-#[derive(Clone, Debug)]
-struct Counters {
-    shaded: u64,
-    integrals: u64,
-    nodes: u64,
-    lights: Vec<LightStats>,
-}
-
-impl Counters {
-    fn new(scene: &Scene) -> Self {
-        let lights = scene.lights.iter().map(|l| LightStats { name: l.name.clone(), ..LightStats::default() });
-        Self { shaded: 0, integrals: 0, nodes: 0, lights: lights.collect() }
-    }
-
-    fn plus(mut self, other: Self) -> Self {
-        self.shaded += other.shaded;
-        self.integrals += other.integrals;
-        self.nodes += other.nodes;
-        for (a, b) in self.lights.iter_mut().zip(&other.lights) {
-            a.add(b);
-        }
-        self
-    }
-}
 
 impl Backend for CpuBackend {
     fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError> {

@@ -247,6 +247,11 @@ impl Emitter {
         })
     }
 
+    /// Half the side of its square in the world, the longer if it is stretched; metres.
+    pub fn world_half(&self) -> f64 {
+        self.square.half * self.placement.x.length().max(self.placement.y.length())
+    }
+
     /// The shape as a reader behind the light sees it: mirrored in x.
     pub fn from_behind(&self) -> Shape {
         self.shape.transformed(DAffine2::from_scale(DVec2::new(-1.0, 1.0)))

@@ -257,6 +257,32 @@ impl Shaded {
     }
 }
 
+/// What one row of pixels has cost.
+#[derive(Clone, Debug)]
+struct Counters {
+    shaded: u64,
+    integrals: u64,
+    nodes: u64,
+    lights: Vec<LightStats>,
+}
+
+impl Counters {
+    fn new(scene: &Scene) -> Self {
+        let lights = scene.lights.iter().map(|l| LightStats { name: l.name.clone(), ..LightStats::default() });
+        Self { shaded: 0, integrals: 0, nodes: 0, lights: lights.collect() }
+    }
+
+    fn plus(mut self, other: Self) -> Self {
+        self.shaded += other.shaded;
+        self.integrals += other.integrals;
+        self.nodes += other.nodes;
+        for (a, b) in self.lights.iter_mut().zip(&other.lights) {
+            a.add(b);
+        }
+        self
+    }
+}
+
 /// Lays the lights over the shaded surfaces and the background.
 fn compose(
     scene: &Scene,

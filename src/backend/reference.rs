@@ -17,7 +17,7 @@ use super::emitter::Skip;
 use super::prepared::Prepared;
 use super::surfaces::Surfaces;
 use super::technique::{MAX_SPP, ReferenceLobe, Sampling};
-use super::{BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch, Technique};
+use super::{BackendError, Counters, Rendering, Settings, Shaded, Stats, Stopwatch, Technique};
 use crate::brdf::ltc::{self, Table};
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::surface::{SurfacePoint, surface_point};
@@ -80,7 +80,7 @@ pub fn render(
         stages: watch.laps,
         shaded: cost.shaded,
         integrals: cost.integrals,
-        nodes: cost.samples,
+        nodes: cost.nodes,
         lights: cost.lights,
     };
     Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })
@@ -154,39 +154,13 @@ fn sampled(reflections: &[Option<Reflection<'_>>; 2], key: Key, n: u32) -> [DVec
     core::array::from_fn(|k| reflections[k].as_ref().map_or(DVec3::ZERO, |r| r.sample(key.part(k as u64), n)))
 }
 
-/// What one row of pixels has cost.
-#[derive(Clone, Debug)]
-struct Cost {
-    shaded: u64,
-    integrals: u64,
-    samples: u64,
-    lights: Vec<LightStats>,
-}
-
-impl Cost {
-    fn new(scene: &Scene) -> Self {
-        let lights = scene.lights.iter().map(|l| LightStats { name: l.name.clone(), ..LightStats::default() });
-        Self { shaded: 0, integrals: 0, samples: 0, lights: lights.collect() }
-    }
-
-    fn plus(mut self, other: Self) -> Self {
-        self.shaded += other.shaded;
-        self.integrals += other.integrals;
-        self.samples += other.samples;
-        for (a, b) in self.lights.iter_mut().zip(&other.lights) {
-            a.add(b);
-        }
-        self
-    }
-
-    /// Counts a light that a lobe has looked for.
-    fn note(&mut self, light: usize, skip: Option<Skip>) {
-        let stats = &mut self.lights[light];
-        match skip {
-            None => self.integrals += 1,
-            Some(Skip::Behind) => stats.behind += 1,
-            Some(Skip::BelowHorizon) => stats.below_horizon += 1,
-        }
+/// Counts a light that a lobe has looked for.
+fn note(cost: &mut Counters, light: usize, skip: Option<Skip>) {
+    let stats = &mut cost.lights[light];
+    match skip {
+        None => cost.integrals += 1,
+        Some(Skip::Behind) => stats.behind += 1,
+        Some(Skip::BelowHorizon) => stats.below_horizon += 1,
     }
 }
 
@@ -203,7 +177,7 @@ struct Frame<'a> {
 
 impl Frame<'_> {
     /// Pixels, the variances of what they reflect, and the cost.
-    fn run(&self, progress: &(dyn Fn(u64, u64) + Sync)) -> (Vec<Shaded>, Vec<[f32; 3]>, Cost) {
+    fn run(&self, progress: &(dyn Fn(u64, u64) + Sync)) -> (Vec<Shaded>, Vec<[f32; 3]>, Counters) {
         let width = self.settings.width as usize;
         let total = width * self.settings.height as usize;
         let (mut pixels, mut variance) = (vec![Shaded::default(); total], vec![[0.0; 3]; total]);
@@ -211,7 +185,7 @@ impl Frame<'_> {
         let rows = pixels.par_chunks_mut(width).zip(variance.par_chunks_mut(width)).enumerate();
         let cost = rows
             .map(|(y, (pixels, variance))| {
-                let mut cost = Cost::new(self.scene);
+                let mut cost = Counters::new(self.scene);
                 for (x, (pixel, variance)) in pixels.iter_mut().zip(variance).enumerate() {
                     let estimate = self.pixel(x as u32, y as u32, pixel, &mut cost);
                     *variance = estimate.variance().as_vec3().to_array();
@@ -220,12 +194,12 @@ impl Frame<'_> {
                 progress(done, total as u64);
                 cost
             })
-            .reduce(|| Cost::new(self.scene), Cost::plus);
+            .reduce(|| Counters::new(self.scene), Counters::plus);
         (pixels, variance, cost)
     }
 
     /// Finds what a pixel reflects.
-    fn pixel(&self, x: u32, y: u32, pixel: &mut Shaded, cost: &mut Cost) -> Estimate {
+    fn pixel(&self, x: u32, y: u32, pixel: &mut Shaded, cost: &mut Counters) -> Estimate {
         let points = self.points(x, y);
         if points.is_empty() {
             return Estimate::default();
@@ -245,7 +219,7 @@ impl Frame<'_> {
             }
         });
         let samples = u64::from(estimate.count) * u64::from(batch_size) * points.len() as u64;
-        cost.samples += samples;
+        cost.nodes += samples;
         let [diffuse, specular] = estimate.mean.map(|mean| mean.as_vec3());
         let [coverage, parts] = [points.len() as f64, samples as f64].map(|n| (n * share) as f32);
         *pixel = Shaded { diffuse, specular, coverage, parts };
@@ -266,7 +240,7 @@ impl Frame<'_> {
     }
 
     /// The lobes of a surface point with their lights; counted in `cost`, if given.
-    fn reflections(&self, point: &SurfacePoint, mut cost: Option<&mut Cost>) -> [Option<Reflection<'_>>; 2] {
+    fn reflections(&self, point: &SurfacePoint, mut cost: Option<&mut Counters>) -> [Option<Reflection<'_>>; 2] {
         let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
         let lobe = self.prepared.lobe(Table::shipped(), point.alpha, frame.cos_theta as f32);
         let lobes = lobes::of_surface(point, &frame, lobe, self.sampling.lobe);
@@ -282,7 +256,7 @@ impl Frame<'_> {
             Some(Reflection::new(&self.lights, lobe?, |light, lobe| {
                 let seen = light.seen_from(&frame, point.position.as_dvec3(), lobe);
                 if let Some(cost) = &mut cost {
-                    cost.note(light.emitter().light, seen.as_ref().err().copied());
+                    note(cost, light.emitter().light, seen.as_ref().err().copied());
                 }
                 seen
             }))

@@ -58,7 +58,7 @@ impl Outline<'_> {
     /// Whether no surface stands before the light along a ray that meets it at `t`. A light that touches a
     /// surface is not hidden by it.
     fn is_seen(&self, surfaces: &Surfaces<'_>, direction: Vec3, t: f64) -> bool {
-        let touch = (1e-5 * t).min(1e-3 * self.light.square.half / f64::from(direction.length()));
+        let touch = (1e-5 * t).min(1e-3 * self.light.world_half() / f64::from(direction.length()));
         surfaces.nearest(direction).is_none_or(|(_, hit)| f64::from(hit.t) > t - touch)
     }
 }
@@ -150,7 +150,7 @@ impl View<'_> {
 /// back or inside.
 fn outline<'a>(prepared: &Prepared, settings: &Settings, layers: &'a [Emitter]) -> Option<Outline<'a>> {
     let light = &layers[0];
-    let near = NEAR * light.square.half;
+    let near = NEAR * light.world_half();
     let body = Body::of(light);
     let paths: Vec<_> = if let Some(body) = &body {
         vec![(light, projected(prepared, settings, [body.silhouette()?], near)?)]
@@ -159,7 +159,7 @@ fn outline<'a>(prepared: &Prepared, settings: &Settings, layers: &'a [Emitter]) 
         if front < 0.0 && !light.two_sided {
             return None;
         }
-        let path = |e| Some((e, projected(prepared, settings, contours(e), NEAR * e.square.half)?));
+        let path = |e| Some((e, projected(prepared, settings, contours(e), NEAR * e.world_half())?));
         layers.iter().filter_map(path).collect()
     };
     let edge = |low: f32, limit: u32| (low.max(0.0) as u32).min(limit);

@@ -13,7 +13,12 @@ use obvhs::triangle::Triangle;
 pub struct Surfaces<'a> {
     prepared: &'a Prepared,
     bvh: Option<CwBvh>,
+    /// The scene's enlargement in the hierarchy, a power of two: obvhs sees nothing nearer than 1e-4.
+    scale: f32,
 }
+
+/// Least extent of a scene in the hierarchy.
+const LEAST_EXTENT: f32 = (1 << 20) as f32;
 
 impl<'a> Surfaces<'a> {
     /// Builds the bounding volume hierarchy.
@@ -26,11 +31,17 @@ impl<'a> Surfaces<'a> {
             let grow = 1.0 + 3.0 * seam;
             Triangle { v0: p, v1: p + e1 * grow, v2: p + e2 * grow }
         };
-        let triangles: Vec<_> = prepared.triangles.iter().map(corners).collect();
+        let mut triangles: Vec<_> = prepared.triangles.iter().map(corners).collect();
+        let corners = triangles.iter().flat_map(|t| [t.v0, t.v1, t.v2]);
+        let extent = corners.map(|v| v.abs().max_element()).fold(f32::MIN_POSITIVE, f32::max);
+        let scale = 2.0_f32.powi((LEAST_EXTENT / extent).log2().ceil().clamp(0.0, 100.0) as i32);
+        for corner in triangles.iter_mut().flat_map(|t| [&mut t.v0, &mut t.v1, &mut t.v2]) {
+            *corner *= scale;
+        }
         let mut elapsed = core::time::Duration::ZERO;
         let bvh = (!triangles.is_empty())
             .then(|| build_cwbvh_from_tris(&triangles, BvhBuildParams::medium_build(), &mut elapsed));
-        Self { prepared, bvh }
+        Self { prepared, bvh, scale }
     }
 
     /// The nearest triangle along `direction` from the camera.
@@ -40,7 +51,7 @@ impl<'a> Surfaces<'a> {
         let mut hit = RayHit::none();
         let triangle = |id: usize| bvh.primitive_indices[id] as usize;
         bvh.ray_traverse(ray, &mut hit, |_, id| {
-            intersect(&self.prepared.triangles[triangle(id)], direction).map_or(f32::INFINITY, |h| h.t)
+            intersect(&self.prepared.triangles[triangle(id)], direction).map_or(f32::INFINITY, |h| h.t * self.scale)
         });
         if hit.t == f32::INFINITY {
             return None;

@@ -1,5 +1,6 @@
 //! Curves as the polygonal techniques read them, their corners and edges. Twin: `shaders/curve.wgsl`.
 
+use super::cubic::cubic_point;
 use super::edge::{edge_angle, edge_normal};
 use super::horizon::Horizon;
 use super::map::CosineMap;
@@ -63,16 +64,10 @@ impl LocalCurve {
         [h.at(self.p0), h.at(self.p0 + self.d0), h.at(self.p3 - self.d2), h.at(self.p3)]
     }
 
-    /// The point at t, as a displacement from the nearer end, which keeps the ends' digits.
+    /// The point at t.
     #[inline(always)]
     pub fn point(&self, t: f32) -> Vec2 {
-        let s = 1.0 - t;
-        let (e0, e1) = (self.d1 - self.d0, self.d2 - self.d1);
-        if t < s {
-            self.p0 + (self.d0 * 3.0 + (e0 * 3.0 + (e1 - e0) * t) * t) * t
-        } else {
-            self.p3 - (self.d2 * 3.0 - (e1 * 3.0 - (e1 - e0) * s) * s) * s
-        }
+        cubic_point([self.p0, self.p3], [self.d0, self.d1, self.d2], t)
     }
 }
 

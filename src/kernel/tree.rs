@@ -5,6 +5,7 @@
 //! expansion of the kernel k = D·z / (π·|p|⁴) about the node's centre c with the region's moments; a run adds
 //! its chord exactly. The walk refines a node whose remainder is above the tolerance or which a horizon cuts.
 
+use super::cubic::cubic_point;
 use super::edge::edge_integral;
 use super::horizon::{Clip, Horizon, Side, cut_edge};
 use super::map::{CosineMap, PlanePoint};
@@ -352,17 +353,7 @@ fn cubic_leaf<P: PlanePoint>(
     // The first halving is certain: the whole leaf has just been refused. Piece `index` of 2^level.
     let (mut level, mut index, mut visited) = (1_u32, 0_u32, 0);
     let (d0, d1, d2) = (p1 - p0, p2 - p1, p3 - p2);
-    let (e0, e1) = (d1 - d0, d2 - d1);
-    let eval = |t: f32| {
-        let (s, t) = (scalar(1.0 - t), scalar(t));
-        let three = scalar(3.0);
-        // As displacements from the nearer end, which keeps the ends' digits.
-        if t < s {
-            p0 + (d0 * three + (e0 * three + (e1 - e0) * t) * t) * t
-        } else {
-            p3 - (d2 * three - (e1 * three - (e1 - e0) * s) * s) * s
-        }
-    };
+    let eval = |t: f32| cubic_point([p0, p3], [d0, d1, d2], t);
     let tangent = |t: f32| {
         let s = 1.0 - t;
         d0 * scalar(s * s) + d1 * scalar(2.0 * s * t) + d2 * scalar(t * t)

@@ -158,13 +158,9 @@ fn what_they_are_worth_in_a_picture() {
 #[cfg(feature = "gpu")]
 mod on_the_gpu {
     use super::*;
-    use crate::backends::gpu;
-    use glyphlight::backend::gather::Images;
+    use crate::backends::{gpu, on_the_cpu};
     use glyphlight::backend::gpu::layout::MeterPoint;
     use glyphlight::backend::prepared::Prepared;
-    use glyphlight::brdf::ltc::Table;
-    use glyphlight::kernel::frame::ShadingFrame;
-    use glyphlight::kernel::tree::Budget;
 
     /// Differences of the beauty, all channels, ascending.
     fn differences(a: &Film, b: &Film) -> Vec<f32> {
@@ -201,15 +197,7 @@ mod on_the_gpu {
                     }
                 })
                 .collect();
-            let on_the_cpu = |p: &MeterPoint| {
-                let emitter = &prepared.emitters[p.emitter as usize];
-                let frame = ShadingFrame::new(p.normal.as_dvec3().normalize(), p.view.as_dvec3().normalize());
-                let Ok(images) = Images::new(emitter, &frame, p.position.as_dvec3()) else { return [0.0; 2] };
-                let lobe = Table::shipped().lobe(p.alpha, frame.cos_theta as f32);
-                [None, Some(&lobe)]
-                    .map(|lobe| images.integral(emitter, lobe, 0.0, &mut Budget::default()).map_or(0.0, |g| g.value.x))
-            };
-            let expected: Vec<[f64; 2]> = points.iter().map(on_the_cpu).collect();
+            let expected: Vec<[f64; 2]> = points.iter().map(|p| on_the_cpu(&prepared, p)).collect();
             let errors = |points: &[MeterPoint]| {
                 let readings = gpu.measure(&prepared, points).unwrap();
                 let off = |a: f32, b: f64| (f64::from(a) - b).abs() / b.max(1.0);

@@ -94,3 +94,25 @@ fn the_nearer_light_hides_the_farther() {
         assert!(red < 0.1 && blue > 0.9, "behind the sign it is hidden: {red} {blue}");
     }
 }
+
+/// A scene of a thousandth of a millimetre looks as one of metres.
+#[test]
+fn a_tiny_scene_is_seen() {
+    let scaled = |factor: f64| {
+        let mut scene = scene(vec![light([1.0, 0.6], [0.0, 0.6, 0.0], [0.0; 3], [1.0; 3])]);
+        scene.camera.position *= factor;
+        scene.camera.look_at *= factor;
+        for light in &mut scene.lights {
+            let Placement { origin, x, y } = light.placement;
+            light.placement = Placement { origin: origin * factor, x: x * factor, y: y * factor };
+        }
+        scene.triangles.iter_mut().flat_map(|t| &mut t.vertices).for_each(|v| v.position *= factor);
+        render(&scene, Technique::Tree)
+    };
+    let metres = scaled(1.0);
+    let off = worst(&scaled(1e-6), &metres);
+    assert!(off < 1e-4, "{off}");
+    let mut dark = metres.clone();
+    dark.specular.fill([0.0; 3]);
+    assert!(worst(&dark, &metres) > 1e-2);
+}

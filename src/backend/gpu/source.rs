@@ -34,13 +34,13 @@ const LIGHTS: &[&str] = files!("types" "ltc" "frame" "body" "map" "edge" "horizo
 /// What evaluates the integrals of a technique: the function `gather`.
 fn technique(name: &str) -> &'static [&'static str] {
     match name {
-        "kuge" => files!("curve" "roots" "subdivide" "picture" "gather_kuge"),
-        "uniform" => files!("curve" "polygon" "picture" "gather_uniform"),
-        "quad" => files!("quad" "picture" "gather_quad"),
-        "textured" => files!("tree" "picture" "gather_textured"),
+        "kuge" => files!("cubic" "curve" "roots" "subdivide" "picture" "gather_contour" "gather_kuge"),
+        "uniform" => files!("cubic" "curve" "polygon" "picture" "gather_contour" "gather_uniform"),
+        "quad" => files!("quad" "picture" "gather_contour" "gather_quad"),
+        "textured" => files!("cubic" "tree" "picture" "gather_contour" "gather_textured"),
         "pal" => files!("pal" "picture" "gather_pal"),
         "representative" => files!("representative" "picture" "gather_representative"),
-        _ => files!("tree" "mosaic" "gather_tree"),
+        _ => files!("cubic" "tree" "mosaic" "gather_contour" "gather_tree"),
     }
 }
 

@@ -1,17 +1,13 @@
 //! Bodies on the GPU as on the CPU.
 
 use super::{light, settings, sphere_at, tube_at};
-use crate::backends::gpu;
+use crate::backends::{gpu, on_the_cpu};
 use crate::cases::Rng;
 use glam::{DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;
-use glyphlight::backend::gather::Images;
 use glyphlight::backend::gpu::layout::MeterPoint;
 use glyphlight::backend::prepared::Prepared;
 use glyphlight::backend::{Backend, Horizons, Settings, Technique};
-use glyphlight::brdf::ltc::Table;
-use glyphlight::kernel::frame::ShadingFrame;
-use glyphlight::kernel::tree::Budget;
 use glyphlight::light::{Placement, simple};
 use glyphlight::scene::surface::plane;
 use glyphlight::scene::{Camera, Material, Scene};
@@ -46,15 +42,7 @@ fn faces_are_the_same_on_both() {
             }
         })
         .collect();
-    let on_the_cpu = |p: &MeterPoint| {
-        let emitter = &prepared.emitters[p.emitter as usize];
-        let frame = ShadingFrame::new(p.normal.as_dvec3().normalize(), p.view.as_dvec3().normalize());
-        let Ok(images) = Images::new(emitter, &frame, p.position.as_dvec3()) else { return [0.0; 2] };
-        let lobe = Table::shipped().lobe(p.alpha, frame.cos_theta as f32);
-        [None, Some(&lobe)]
-            .map(|lobe| images.integral(emitter, lobe, p.tolerance, &mut Budget::default()).map_or(0.0, |g| g.value.x))
-    };
-    let expected: Vec<[f64; 2]> = points.iter().map(on_the_cpu).collect();
+    let expected: Vec<[f64; 2]> = points.iter().map(|p| on_the_cpu(&prepared, p)).collect();
     let errors = |points: &[MeterPoint]| {
         let readings = gpu.measure(&prepared, points).unwrap();
         let pairs = readings.iter().zip(&expected);
