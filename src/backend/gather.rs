@@ -18,7 +18,7 @@ use crate::kernel::polygon::uniform_integral;
 use crate::kernel::quad::{QUAD_EDGES, Quad, quad_integral};
 use crate::kernel::representative::{Body, Solid};
 use crate::kernel::subdivide::{default_eps, kuge_integral};
-use crate::kernel::tree::{Budget, tree_integral};
+use crate::kernel::tree::{Asked, Budget, tree_integral};
 use crate::light::Square;
 use crate::light::distance::Polygons;
 use crate::light::mosaic::Mosaic;
@@ -95,13 +95,7 @@ impl Images {
         tolerance: f32,
         budget: &mut Budget,
     ) -> Result<Gathered, Skip> {
-        let c = match lobe {
-            Some(lobe) => {
-                let m_inv = lobe.m_inv.mat3().as_dmat3();
-                self.c.map(|v| m_inv * v)
-            }
-            None => self.c,
-        };
+        let c = self.in_lobe(lobe);
         let gathered = match &emitter.geometry {
             Geometry::Tree(tree) => self.by_tree(c, emitter, tree, lobe, tolerance, budget)?,
             Geometry::Quad(quad) => self.by_quad(c, emitter, quad)?,
@@ -162,6 +156,25 @@ impl Images {
         };
         let gathered = Gathered { value: DVec3::splat(f64::from(value * solid.coverage)), visited: 1 };
         gathered.painted_through(emitter, c)
+    }
+
+    /// What is asked of a tree for [`Self::integral`]: for packets, which see many points at once.
+    pub fn asked(&self, emitter: &Emitter, tree: &Tree, lobe: Option<&Lobe>, tolerance: f32) -> Result<Asked, Skip> {
+        let c = self.in_lobe(lobe);
+        let root = &tree.nodes[0];
+        let (map, clip) = self.clipped(c, emitter.square, lobe, [root.center, root.half])?;
+        Ok(Asked { map, clip, tolerance })
+    }
+
+    /// The images in the cosine space of a lobe.
+    fn in_lobe(&self, lobe: Option<&Lobe>) -> [DVec3; 3] {
+        match lobe {
+            Some(lobe) => {
+                let m_inv = lobe.m_inv.mat3().as_dmat3();
+                self.c.map(|v| m_inv * v)
+            }
+            None => self.c,
+        }
     }
 
     fn by_tree(

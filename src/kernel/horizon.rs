@@ -5,7 +5,8 @@
 //! planes are in use: z = 0 of cosine space, where the clamped cosine ends, and the true horizon of the
 //! surface, which a tilted lobe dips below.
 
-use super::edge::edge_integral;
+use super::edge::{edge_integral, half_turn};
+use super::lanes::{Lanes, Mask, Real, Vector};
 use super::map::{CosineMap, PlanePoint};
 use glam::{Vec2, Vec3};
 
@@ -14,22 +15,20 @@ pub const MARGIN: f32 = 2e-6;
 
 /// The height over a plane through the origin of cosine space, as a function of the light's plane.
 #[derive(Clone, Copy, Debug)]
-pub struct Height {
+pub struct Height<L: Lanes = f32> {
     /// Height of the point q relative to the foot, up to a positive factor: form.x·q.x + form.y·q.y + form.z.
-    pub form: Vec3,
+    pub form: L::Vec3,
     /// Rounding bound anywhere on the light: a box higher than this has every point of every curve in it above.
-    pub margin: f32,
+    pub margin: L,
 }
 
-/// Where a box lies with respect to a plane.
+/// Where a box lies with respect to a plane; neither where the plane may cut it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
+pub struct Side<M> {
     /// Wholly above, and so is every end point in it.
-    Above,
-    /// Perhaps cut.
-    Cut,
+    pub above: M,
     /// Wholly below, and so is every end point in it.
-    Below,
+    pub below: M,
 }
 
 impl Height {
@@ -44,32 +43,28 @@ impl Height {
     pub fn lobe(map: &CosineMap) -> Self {
         Self::new(map, Vec3::new(map.c0.z, map.c1.z, map.c2.z))
     }
+}
 
+impl<L: Lanes> Height<L> {
     /// The height of a point relative to the foot. Above means > 0; every decision about a shared end point is this
     /// very expression, so that crossings pair.
     #[inline(always)]
-    pub fn at<P: PlanePoint>(&self, q: P) -> P::Scalar {
+    pub fn at<P: PlanePoint<Lanes = L>>(&self, q: P) -> P::Scalar {
         q.form(self.form)
     }
 
     /// Whether a point relative to the foot is above.
     #[inline(always)]
-    pub fn is_above<P: PlanePoint>(&self, q: P) -> bool {
-        self.at(q) > P::Scalar::from(0.0)
+    pub fn is_above<P: PlanePoint<Lanes = L>>(&self, q: P) -> L::Mask {
+        self.at(q).is_positive()
     }
 
     /// Where a box lies, given by its centre relative to the foot and its half-extents.
     #[inline(always)]
-    pub fn side(&self, center: Vec2, half: Vec2) -> Side {
+    pub fn side(&self, center: L::Vec2, half: L::Vec2) -> Side<L::Mask> {
         let middle = self.at(center);
-        let reach = self.form.x.abs() * half.x + self.form.y.abs() * half.y + self.margin;
-        if middle - reach > 0.0 {
-            Side::Above
-        } else if middle + reach < 0.0 {
-            Side::Below
-        } else {
-            Side::Cut
-        }
+        let reach = self.form.x().abs() * half.x() + self.form.y().abs() * half.y() + self.margin;
+        Side { above: (middle - reach).is_positive(), below: (-(middle + reach)).is_positive() }
     }
 }
 
@@ -99,20 +94,17 @@ impl Clip {
     pub fn new(map: &CosineMap, truth: Option<&TrueHorizon>, center: Vec2, half: Vec2) -> Option<Self> {
         let lobe = Height::lobe(map);
         let side = lobe.side(center, half);
-        let Some(truth) = truth.filter(|t| t.stands_apart()) else {
-            return match side {
-                Side::Below => None,
-                Side::Above => Some(Self::None),
-                Side::Cut => Some(Self::One([Horizon::new(map, Vec3::Z, lobe)])),
-            };
-        };
-        match (side, truth.height.side(center, half)) {
-            (Side::Below, _) | (_, Side::Below) => None,
-            (Side::Above, Side::Above) => Some(Self::None),
-            (Side::Cut, Side::Above) => Some(Self::One([Horizon::new(map, Vec3::Z, lobe)])),
-            (Side::Above, Side::Cut) => Some(Self::One([Horizon::new(map, truth.axis.normalize(), truth.height)])),
-            (Side::Cut, Side::Cut) => Some(Self::Two(Horizon::pair(map, lobe, truth))),
+        let truth = truth.filter(|t| t.stands_apart()).map(|t| (t, t.height.side(center, half)));
+        if side.below || truth.is_some_and(|(_, side)| side.below) {
+            return None;
         }
+        let cut = truth.filter(|(_, side)| !side.above).map(|(t, _)| t);
+        Some(match (side.above, cut) {
+            (true, None) => Self::None,
+            (false, None) => Self::One([Horizon::new(map, Vec3::Z, lobe)]),
+            (true, Some(truth)) => Self::One([Horizon::new(map, truth.axis.normalize(), truth.height)]),
+            (false, Some(truth)) => Self::Two(Horizon::pair(map, lobe, truth)),
+        })
     }
 
     /// The planes that cut it.
@@ -136,17 +128,17 @@ impl TrueHorizon {
 
 /// One clipping plane that cuts the light, for one map.
 #[derive(Clone, Copy, Debug)]
-pub struct Horizon {
+pub struct Horizon<L: Lanes = f32> {
     /// The height over it.
-    pub height: Height,
+    pub height: Height<L>,
     /// Direction of the line in which the light's plane cuts this one.
-    along: Vec3,
+    pub(super) along: L::Vec3,
     /// Distance of that line from the origin.
-    distance: f32,
+    pub(super) distance: L,
     /// z of the unit normal of the plane of origin and line: ±1 for z = 0 itself.
-    slope: f32,
+    pub(super) slope: L,
     /// The part of the line inside the other plane's half-space.
-    range: [f32; 2],
+    pub(super) range: [L; 2],
 }
 
 impl Horizon {
@@ -184,50 +176,71 @@ impl Horizon {
         self.range[usize::from(!upwards)] = corner.dot(self.along);
     }
 
+    /// A plane that everything is above: what clips a lane which fewer planes cut than others of its packet.
+    pub(super) const NOWHERE: Self = Self {
+        height: Height { form: Vec3::Z, margin: 0.0 },
+        along: Vec3::ZERO,
+        distance: 1.0,
+        slope: 0.0,
+        range: [f32::NEG_INFINITY, f32::INFINITY],
+    };
+}
+
+impl<L: Lanes> Horizon<L> {
     /// What a crossing at the image point `p` adds (times 2π) where the contour comes up; where it goes down,
     /// it takes that away.
-    #[inline]
-    pub fn crossing(&self, p: Vec3) -> f32 {
+    #[inline(always)]
+    pub fn crossing(&self, p: L::Vec3) -> L {
         let place = p.dot(self.along).max(self.range[0]).min(self.range[1]);
-        self.slope * place.atan2(self.distance)
+        self.slope * half_turn(place, self.distance)
     }
 
-    /// What a crossing below the other horizon adds where the contour comes up: the line ends at the corner.
-    #[inline]
-    pub fn far_crossing(&self) -> f32 {
-        let corner = if self.range[0] > f32::NEG_INFINITY { self.range[0] } else { self.range[1] };
-        self.slope * corner.atan2(self.distance)
+    /// What an edge below the other horizon adds: where it crosses this one it does so beyond the corner of the two lines,
+    /// where each crossing adds the same, so that only its ends count.
+    #[inline(always)]
+    pub fn far_crossing<P: PlanePoint<Lanes = L>>(&self, a: P, b: P) -> L {
+        let (start, end) = (self.height.is_above(a), self.height.is_above(b));
+        let none = self.slope.splat(0.0);
+        if !(start ^ end).any() {
+            return none;
+        }
+        let ends_low = self.range[0].above(none.splat(f32::NEG_INFINITY));
+        let corner = L::select(ends_low, self.range[0], self.range[1]);
+        let up = self.slope * half_turn(corner, self.distance);
+        L::select(start ^ end, L::select(end, up, -up), none)
     }
 }
 
 /// 2π times the integral along the part of the edge from `a` to `b` (relative to the map's foot) that is above all horizons,
 /// with what its crossings add.
-pub fn cut_edge<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], a: P, b: P) -> f32 {
-    let (zero, one) = (P::Scalar::from(0.0), P::Scalar::from(1.0));
-    let mut sum = 0.0;
+#[inline(always)]
+pub fn cut_edge<P: PlanePoint>(
+    map: &CosineMap<P::Lanes>,
+    horizons: &[Horizon<P::Lanes>],
+    a: P,
+    b: P,
+) -> P::Lanes {
+    let (zero, one) = (a.x().splat(0.0), a.x().splat(1.0));
+    let nothing = map.depth.splat(0.0);
+    let mut sum = nothing;
     let (mut from, mut to) = (zero, one);
     for h in horizons {
         let (ha, hb) = (h.height.at(a), h.height.at(b));
-        match (ha > zero, hb > zero) {
-            (true, true) => {}
-            (false, false) => to = zero,
-            (start, _) => {
-                let t = ha / (ha - hb);
-                let closing = h.crossing(map.point((a + (b - a) * t).round()));
-                if start {
-                    sum -= closing;
-                    to = if t < to { t } else { to };
-                } else {
-                    sum += closing;
-                    from = if t > from { t } else { from };
-                }
-            }
+        let (start, end) = (ha.is_positive(), hb.is_positive());
+        if (start ^ end).any() {
+            let t = ha / (ha - hb);
+            let up = h.crossing(map.point((a + (b - a) * t).round()));
+            sum = sum + P::Lanes::select(start ^ end, P::Lanes::select(end, up, -up), nothing);
+            to = P::Scalar::select(start & !end & to.above(t), t, to);
+            from = P::Scalar::select(end & !start & t.above(from), t, from);
         }
+        to = P::Scalar::select(start | end, to, zero);
     }
-    if from < to {
-        let start = if from == zero { a } else { a + (b - a) * from };
-        let end = if to == one { b } else { a + (b - a) * to };
-        sum += edge_integral(map, start, end);
+    let part = to.above(from);
+    if part.any() {
+        let whole = !one.above(to);
+        let end = P::select(whole, b, a + (b - a) * to);
+        sum = sum + P::Lanes::select(part, edge_integral(map, a + (b - a) * from, end), nothing);
     }
     sum
 }

@@ -1,6 +1,7 @@
 //! The affine map from a light's plane to cosine space. Twin: `shaders/map.wgsl`.
 
-use core::ops::{Add, Div, Mul, Sub};
+use super::lanes::{Lanes, Real};
+use core::ops::{Add, Mul, Sub};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// How far outside the tree's square \[−1, 1\]² the origin of the map may lie.
@@ -15,50 +16,60 @@ const CLOSE: f32 = 1.0 / 256.0;
 /// cosine space (kept near the light): about it nothing cancels, so p has the full relative precision of f32
 /// however near the light is, and products of edges come from light-space differences.
 #[derive(Clone, Copy, Debug)]
-pub struct CosineMap {
+pub struct CosineMap<L: Lanes = f32> {
     /// Tree-space point that `c2` belongs to.
-    pub foot: Vec2,
+    pub foot: L::Vec2,
     /// Image of the x axis.
-    pub c0: Vec3,
+    pub c0: L::Vec3,
     /// Image of the y axis.
-    pub c1: Vec3,
+    pub c1: L::Vec3,
     /// Image of `foot`.
-    pub c2: Vec3,
+    pub c2: L::Vec3,
     /// N' = c0 × c1.
-    pub normal: Vec3,
+    pub normal: L::Vec3,
     /// c0 × c2.
-    pub w0: Vec3,
+    pub w0: L::Vec3,
     /// c1 × c2.
-    pub w1: Vec3,
+    pub w1: L::Vec3,
     /// D = −N'·c2: positive in front of the light.
-    pub depth: f32,
+    pub depth: L,
     /// c0·c0, c0·c1, c1·c1.
-    pub gram: [f32; 3],
+    pub gram: [L; 3],
 }
 
 /// A point of the light's plane relative to the map's foot: [`Vec2`] as a rule, [`DVec2`] where the light is close
-/// ([`CosineMap::is_close`]) and f32 would turn a long edge about the foot. The formulas are the same.
+/// ([`CosineMap::is_close`]) and f32 would turn a long edge about the foot, or one for each lane. The formulas are the same.
 pub trait PlanePoint: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Self::Scalar, Output = Self> {
-    /// f32 or f64.
-    type Scalar: Copy
-        + PartialOrd
-        + From<f32>
-        + Add<Output = Self::Scalar>
-        + Sub<Output = Self::Scalar>
-        + Mul<Output = Self::Scalar>
-        + Div<Output = Self::Scalar>;
+    /// Numbers of the map.
+    type Lanes: Lanes;
+    /// Coordinates: f32, f64 or one for each lane.
+    type Scalar: Real<Mask = <Self::Lanes as Real>::Mask>;
 
     /// The point `high` + `low` relative to `foot`.
-    fn from_foot(high: Vec2, low: Vec2, foot: Vec2) -> Self;
+    fn from_foot(high: Vec2, low: Vec2, foot: <Self::Lanes as Lanes>::Vec2) -> Self;
     /// x·other.y − y·other.x.
-    fn perp_dot(self, other: Self) -> f32;
+    fn perp_dot(self, other: Self) -> Self::Lanes;
     /// h.x·x + h.y·y + h.z.
-    fn form(self, h: Vec3) -> Self::Scalar;
+    fn form(self, h: <Self::Lanes as Lanes>::Vec3) -> Self::Scalar;
     /// To f32.
-    fn round(self) -> Vec2;
+    fn round(self) -> <Self::Lanes as Lanes>::Vec2;
+    /// The first coordinate.
+    fn x(self) -> Self::Scalar;
+    /// The second coordinate.
+    fn y(self) -> Self::Scalar;
+    /// `yes` where the mask holds, elsewhere `no`.
+    fn select(mask: <Self::Lanes as Real>::Mask, yes: Self, no: Self) -> Self;
+    /// From its coordinates.
+    fn of(x: Self::Scalar, y: Self::Scalar) -> Self;
+    /// `point` in every lane.
+    #[inline(always)]
+    fn fixed(self, point: Vec2) -> Self {
+        Self::of(self.x().splat(point.x), self.y().splat(point.y))
+    }
 }
 
 impl PlanePoint for Vec2 {
+    type Lanes = f32;
     type Scalar = f32;
 
     #[inline(always)]
@@ -80,9 +91,30 @@ impl PlanePoint for Vec2 {
     fn round(self) -> Vec2 {
         self
     }
+
+    #[inline(always)]
+    fn x(self) -> f32 {
+        self.x
+    }
+
+    #[inline(always)]
+    fn y(self) -> f32 {
+        self.y
+    }
+
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+
+    #[inline(always)]
+    fn of(x: f32, y: f32) -> Self {
+        Self::new(x, y)
+    }
 }
 
 impl PlanePoint for DVec2 {
+    type Lanes = f32;
     type Scalar = f64;
 
     #[inline(always)]
@@ -104,6 +136,34 @@ impl PlanePoint for DVec2 {
     #[inline(always)]
     fn round(self) -> Vec2 {
         self.as_vec2()
+    }
+
+    #[inline(always)]
+    fn x(self) -> f64 {
+        self.x
+    }
+
+    #[inline(always)]
+    fn y(self) -> f64 {
+        self.y
+    }
+
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+
+    #[inline(always)]
+    fn of(x: f64, y: f64) -> Self {
+        Self::new(x, y)
+    }
+}
+
+impl<L: Lanes> CosineMap<L> {
+    /// The image of a point given relative to the foot.
+    #[inline(always)]
+    pub fn point(&self, q: L::Vec2) -> L::Vec3 {
+        self.c0 * q.x() + self.c1 * q.y() + self.c2
     }
 }
 
@@ -153,12 +213,6 @@ impl CosineMap {
     #[inline(always)]
     pub fn is_close(&self) -> bool {
         self.c2.length_squared() < CLOSE * CLOSE * self.gram[0].max(self.gram[2])
-    }
-
-    /// The image of a point given relative to the foot.
-    #[inline(always)]
-    pub fn point(&self, q: Vec2) -> Vec3 {
-        self.c0 * q.x + self.c1 * q.y + self.c2
     }
 
     /// The heights over a plane of a point relative to the foot (see [`super::horizon::Height`]), from the

@@ -39,7 +39,7 @@ pub fn quad_integral(map: &CosineMap, clip: &Clip, quad: &Quad) -> f32 {
     if map.is_close() { edges::<DVec2>(map, horizons, quad) } else { edges::<Vec2>(map, horizons, quad) }
 }
 
-fn edges<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], quad: &Quad) -> f32 {
+fn edges<P: PlanePoint<Lanes = f32>>(map: &CosineMap, horizons: &[Horizon], quad: &Quad) -> f32 {
     let corner = |x: f32, y: f32| {
         let side = Vec2::new(x, y);
         P::from_foot(quad.half * side, quad.low * side, map.foot)
