@@ -6,6 +6,7 @@ pub mod exact;
 pub mod gather;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+pub mod packets;
 pub mod prepared;
 pub mod reference;
 mod sight;

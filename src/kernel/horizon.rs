@@ -8,7 +8,7 @@
 use super::edge::{edge_integral, half_turn};
 use super::lanes::{Lanes, Mask, Real, Vector};
 use super::map::{CosineMap, PlanePoint};
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 
 /// Rounding of a height in f32, relative to the sum of its terms: 16 half-steps.
 pub const MARGIN: f32 = 2e-6;
@@ -31,21 +31,20 @@ pub struct Side<M> {
     pub below: M,
 }
 
-impl Height {
+impl<L: Lanes> Height<L> {
     /// From the heights of the map's c0, c1, c2, up to a common positive factor.
-    pub fn new(map: &CosineMap, form: Vec3) -> Self {
-        let reach = 1.0 + map.foot.abs();
-        let margin = MARGIN * (form.x.abs() * reach.x + form.y.abs() * reach.y + form.z.abs());
-        Self { form, margin }
+    #[inline(always)]
+    pub fn new(map: &CosineMap<L>, form: L::Vec3) -> Self {
+        let reach = form.x().abs() * (map.foot.x().abs() + 1.0) + form.y().abs() * (map.foot.y().abs() + 1.0);
+        Self { form, margin: (reach + form.z().abs()) * MARGIN }
     }
 
     /// The height over z = 0.
-    pub fn lobe(map: &CosineMap) -> Self {
-        Self::new(map, Vec3::new(map.c0.z, map.c1.z, map.c2.z))
+    #[inline(always)]
+    pub fn lobe(map: &CosineMap<L>) -> Self {
+        Self::new(map, Vector::of(map.c0.z(), map.c1.z(), map.c2.z()))
     }
-}
 
-impl<L: Lanes> Height<L> {
     /// The height of a point relative to the foot. Above means > 0; every decision about a shared end point is this
     /// very expression, so that crossings pair.
     #[inline(always)]
@@ -70,59 +69,87 @@ impl<L: Lanes> Height<L> {
 
 /// The surface's true horizon in cosine space.
 #[derive(Clone, Copy, Debug)]
-pub struct TrueHorizon {
+pub struct TrueHorizon<L: Lanes = f32> {
     /// Its normal, up to a positive factor: the third row of M.
-    pub axis: Vec3,
+    pub axis: L::Vec3,
     /// The height over it; world-space, so exact.
-    pub height: Height,
+    pub height: Height<L>,
 }
 
-/// What clips a light at one shading point.
+/// What clips a light at a shading point: the plane z = 0, the surface's true horizon, both or neither.
 #[derive(Clone, Copy, Debug)]
-pub enum Clip {
-    /// The light is above every horizon.
-    None,
-    /// One plane cuts it.
-    One([Horizon; 1]),
-    /// z = 0 and the surface's true horizon both cut it.
-    Two([Horizon; 2]),
+pub struct Clip<L: Lanes = f32> {
+    /// z = 0 and the true horizon. A lane that one of them does not cut has everything above it.
+    planes: [Horizon<L>; 2],
+    /// Which of them cut the light in some lane: from this one on, up to that one.
+    cutting: [usize; 2],
+}
+
+/// Where a light lies with respect to both horizons.
+#[derive(Clone, Copy, Debug)]
+pub struct Clipped<L: Lanes = f32> {
+    /// What clips it.
+    pub clip: Clip<L>,
+    /// Where it is wholly below one of them.
+    pub below: L::Mask,
 }
 
 impl Clip {
-    /// What clips a light whose box has that centre relative to the foot and those half-extents; `None` where it is
-    /// wholly below a horizon. Nothing is computed for a plane that doesn't cut the box.
+    /// [`Self::of`] at one point; `None` where the light is wholly below a horizon.
     pub fn new(map: &CosineMap, truth: Option<&TrueHorizon>, center: Vec2, half: Vec2) -> Option<Self> {
-        let lobe = Height::lobe(map);
-        let side = lobe.side(center, half);
-        let truth = truth.filter(|t| t.stands_apart()).map(|t| (t, t.height.side(center, half)));
-        if side.below || truth.is_some_and(|(_, side)| side.below) {
-            return None;
-        }
-        let cut = truth.filter(|(_, side)| !side.above).map(|(t, _)| t);
-        Some(match (side.above, cut) {
-            (true, None) => Self::None,
-            (false, None) => Self::One([Horizon::new(map, Vec3::Z, lobe)]),
-            (true, Some(truth)) => Self::One([Horizon::new(map, truth.axis.normalize(), truth.height)]),
-            (false, Some(truth)) => Self::Two(Horizon::pair(map, lobe, truth)),
-        })
-    }
-
-    /// The planes that cut it.
-    #[inline]
-    pub fn planes(&self) -> &[Horizon] {
-        match self {
-            Self::None => &[],
-            Self::One(one) => one,
-            Self::Two(two) => two,
-        }
+        let Clipped { clip, below } = Self::of(map, truth, center, half);
+        (!below).then_some(clip)
     }
 }
 
-impl TrueHorizon {
+impl<L: Lanes> Clip<L> {
+    /// What clips a light whose box has that centre relative to the foot and those half-extents. Nothing is computed for a plane
+    /// that doesn't cut the box.
+    #[inline(always)]
+    pub fn of(map: &CosineMap<L>, truth: Option<&TrueHorizon<L>>, center: L::Vec2, half: L::Vec2) -> Clipped<L> {
+        let lobe = Height::lobe(map);
+        let side = lobe.side(center, half);
+        let (mut below, cut) = (side.below, !side.above);
+        let mut planes = [Horizon::nowhere(map.depth); 2];
+        let mut cut_truly = map.depth.mask(false);
+        if let Some(truth) = truth {
+            let side = truth.height.side(center, half);
+            let apart = truth.stands_apart();
+            below = below | (apart & side.below);
+            cut_truly = apart & !side.above & !below;
+        }
+        let cut = cut & !below;
+        if cut.any() {
+            let z = Vector::of(map.depth.splat(0.0), map.depth.splat(0.0), map.depth.splat(1.0));
+            planes[0] = Horizon::new(map, z, lobe, cut);
+        }
+        if let Some(truth) = truth
+            && cut_truly.any()
+        {
+            let axis = truth.axis.unit_or_zero();
+            planes[1] = Horizon::new(map, axis, truth.height, cut_truly);
+            if (cut & cut_truly).any() {
+                Horizon::join(&mut planes, map, axis, cut & cut_truly);
+            }
+        }
+        let cutting = [usize::from(!cut.any()), 1 + usize::from(cut_truly.any())];
+        Clipped { clip: Self { planes, cutting }, below }
+    }
+
+    /// The planes that cut it.
+    #[inline(always)]
+    pub fn planes(&self) -> &[Horizon<L>] {
+        let [from, to] = self.cutting;
+        &self.planes[from.min(to)..to]
+    }
+}
+
+impl<L: Lanes> TrueHorizon<L> {
     /// Whether the plane is another than z = 0, which must not be closed twice.
-    fn stands_apart(&self) -> bool {
-        let n = self.axis;
-        n.x * n.x + n.y * n.y > 1e-12 * n.z * n.z
+    #[inline(always)]
+    fn stands_apart(&self) -> L::Mask {
+        let (x, y, z) = (self.axis.x(), self.axis.y(), self.axis.z());
+        (x * x + y * y).above(z * z * 1e-12)
     }
 }
 
@@ -132,61 +159,73 @@ pub struct Horizon<L: Lanes = f32> {
     /// The height over it.
     pub height: Height<L>,
     /// Direction of the line in which the light's plane cuts this one.
-    pub(super) along: L::Vec3,
+    along: L::Vec3,
     /// Distance of that line from the origin.
-    pub(super) distance: L,
+    distance: L,
     /// z of the unit normal of the plane of origin and line: ±1 for z = 0 itself.
-    pub(super) slope: L,
+    slope: L,
     /// The part of the line inside the other plane's half-space.
-    pub(super) range: [L; 2],
-}
-
-impl Horizon {
-    /// The plane with the unit normal `axis`.
-    fn new(map: &CosineMap, axis: Vec3, height: Height) -> Self {
-        let n = map.normal;
-        let along = n.cross(axis).normalize_or_zero();
-        // The line's point nearest the origin is −D·n⊥/|n⊥|², n⊥ the part of n across the axis.
-        let across = n - axis * n.dot(axis);
-        let length = across.length();
-        let distance = if length > 0.0 { map.depth.abs() / length } else { 0.0 };
-        let slope = along.cross(across * -map.depth.signum()).normalize_or_zero().z;
-        Self { height, along, distance, slope, range: [f32::NEG_INFINITY, f32::INFINITY] }
-    }
-
-    /// The planes z = 0 and `truth`, each with its line ending where it meets the other.
-    fn pair(map: &CosineMap, lobe: Height, truth: &TrueHorizon) -> [Self; 2] {
-        let axis = truth.axis.normalize();
-        let mut z = Self::new(map, Vec3::Z, lobe);
-        let mut s = Self::new(map, axis, truth.height);
-        // The corner lies on the line common to both planes, through the origin: one point for both, so that
-        // what one line loses there the other gains, however nearly the planes coincide.
-        let ridge = Vec3::new(-axis.y, axis.x, 0.0);
-        // Where the lines are parallel the corner is at infinity, on whichever side leaves the right part of each.
-        let rate = map.normal.dot(ridge);
-        let rate = if rate.abs() > 1e-30 { rate } else { 1e-30_f32.copysign(rate) };
-        let corner = ridge * (-map.depth / rate).clamp(-1e30, 1e30);
-        z.end_at(corner, rate > 0.0);
-        s.end_at(corner, rate < 0.0);
-        [z, s]
-    }
-
-    /// Ends the line at `corner`; it goes on upwards from there, or downwards.
-    fn end_at(&mut self, corner: Vec3, upwards: bool) {
-        self.range[usize::from(!upwards)] = corner.dot(self.along);
-    }
-
-    /// A plane that everything is above: what clips a lane which fewer planes cut than others of its packet.
-    pub(super) const NOWHERE: Self = Self {
-        height: Height { form: Vec3::Z, margin: 0.0 },
-        along: Vec3::ZERO,
-        distance: 1.0,
-        slope: 0.0,
-        range: [f32::NEG_INFINITY, f32::INFINITY],
-    };
+    range: [L; 2],
 }
 
 impl<L: Lanes> Horizon<L> {
+    /// A plane that everything is above.
+    #[inline(always)]
+    fn nowhere(like: L) -> Self {
+        let (zero, one) = (like.splat(0.0), like.splat(1.0));
+        Self {
+            height: Height { form: Vector::of(zero, zero, one), margin: zero },
+            along: Vector::of(zero, zero, zero),
+            distance: one,
+            slope: zero,
+            range: [like.splat(f32::NEG_INFINITY), like.splat(f32::INFINITY)],
+        }
+    }
+
+    /// The plane with the unit normal `axis` where it cuts the light.
+    #[inline(always)]
+    fn new(map: &CosineMap<L>, axis: L::Vec3, height: Height<L>, cuts: L::Mask) -> Self {
+        let n = map.normal;
+        let along = n.cross(axis).unit_or_zero();
+        // The line's point nearest the origin is −D·n⊥/|n⊥|², n⊥ the part of n across the axis.
+        let across = n - axis * n.dot(axis);
+        let length = across.length_squared().sqrt();
+        let none = Self::nowhere(map.depth);
+        let distance = L::select(length.is_positive(), map.depth.abs() / length, none.height.margin);
+        let back = across * map.depth.splat(-1.0).copysign(-map.depth);
+        let slope = along.cross(back).unit_or_zero().z();
+        let choose = |yes: L, no: L| L::select(cuts, yes, no);
+        let form = |of: fn(L::Vec3) -> L| choose(of(height.form), of(none.height.form));
+        Self {
+            height: Height {
+                form: Vector::of(form(Vector::x), form(Vector::y), form(Vector::z)),
+                margin: choose(height.margin, none.height.margin),
+            },
+            along,
+            distance,
+            slope,
+            range: none.range,
+        }
+    }
+
+    /// Ends the lines of z = 0 and of the plane with the unit normal `axis` where they meet.
+    #[inline(always)]
+    fn join(planes: &mut [Self; 2], map: &CosineMap<L>, axis: L::Vec3, both: L::Mask) {
+        // The corner lies on the line common to both planes, through the origin: one point for both, so that
+        // what one line loses there the other gains, however nearly the planes coincide.
+        let ridge: L::Vec3 = Vector::of(-axis.y(), axis.x(), axis.x().splat(0.0));
+        // Where the lines are parallel the corner is at infinity, on whichever side leaves the right part of each.
+        let rate = map.normal.dot(ridge);
+        let rate = rate.abs().max(rate.splat(1e-30)).copysign(rate);
+        let corner = ridge * (-map.depth / rate).between(-1e30, 1e30);
+        let upwards = rate.is_positive();
+        for (plane, upwards) in planes.iter_mut().zip([upwards, !upwards]) {
+            let end = corner.dot(plane.along);
+            plane.range[0] = L::select(both & upwards, end, plane.range[0]);
+            plane.range[1] = L::select(both & !upwards, end, plane.range[1]);
+        }
+    }
+
     /// What a crossing at the image point `p` adds (times 2π) where the contour comes up; where it goes down,
     /// it takes that away.
     #[inline(always)]
@@ -214,12 +253,7 @@ impl<L: Lanes> Horizon<L> {
 /// 2π times the integral along the part of the edge from `a` to `b` (relative to the map's foot) that is above all horizons,
 /// with what its crossings add.
 #[inline(always)]
-pub fn cut_edge<P: PlanePoint>(
-    map: &CosineMap<P::Lanes>,
-    horizons: &[Horizon<P::Lanes>],
-    a: P,
-    b: P,
-) -> P::Lanes {
+pub fn cut_edge<P: PlanePoint>(map: &CosineMap<P::Lanes>, horizons: &[Horizon<P::Lanes>], a: P, b: P) -> P::Lanes {
     let (zero, one) = (a.x().splat(0.0), a.x().splat(1.0));
     let nothing = map.depth.splat(0.0);
     let mut sum = nothing;

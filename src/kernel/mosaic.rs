@@ -90,11 +90,8 @@ pub fn mosaic_integral(
         }
         if tile.deviation > 0.0 {
             let expansion = Expansion::new(map, center, tile.half);
-            let bound = if place.above {
-                expansion.remainder(tile.deviation_3)
-            } else {
-                expansion.magnitude(tile.deviation)
-            };
+            let bound =
+                if place.above { expansion.remainder(tile.deviation_3) } else { expansion.magnitude(tile.deviation) };
             if !budget.accept(bound, tolerance, true) {
                 i += 1;
                 continue;

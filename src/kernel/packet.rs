@@ -1,14 +1,14 @@
 //! Packets: one shading point in each lane. This file alone names fearless_simd, which finds at run time what the processor
 //! has (SSE2, SSE4.2, AVX2, AVX-512, NEON; scalar code elsewhere).
 
-use super::horizon::{Height, Horizon};
-use super::lanes::{Lanes, Mask, Real, Vector};
-use super::map::{CosineMap, PlanePoint};
+use super::lanes::{Doubles, Lanes, Mask, Real, Triple, Vector};
+use super::map::PlanePoint;
+use core::fmt;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
-use fearless_simd::prelude::*;
 pub use fearless_simd::Simd;
+use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 
 /// Most lanes of any processor.
 pub const MAX_LANES: usize = 16;
@@ -59,8 +59,14 @@ pub struct Packet<S: Simd>(S::f32s);
 #[derive(Clone, Copy)]
 pub struct PacketMask<S: Simd>(<S::f32s as SimdBase<S>>::Mask);
 
+impl<S: Simd> fmt::Debug for PacketMask<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:b}", self.bits())
+    }
+}
+
 /// A count or index for each shading point.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct PacketIndex<S: Simd>(S::u32s);
 
 /// A point of the light's plane for each shading point.
@@ -71,12 +77,11 @@ pub struct Packet2<S: Simd> {
 }
 
 /// A point of cosine space for each shading point.
+pub type Packet3<S> = Triple<Packet<S>>;
+
+/// An f64 for each shading point, in two halves.
 #[derive(Clone, Copy, Debug)]
-pub struct Packet3<S: Simd> {
-    x: Packet<S>,
-    y: Packet<S>,
-    z: Packet<S>,
-}
+pub struct DoublePacket<S: Simd>([S::f64s; 2]);
 
 impl<S: Simd> Packet<S> {
     #[inline(always)]
@@ -84,43 +89,38 @@ impl<S: Simd> Packet<S> {
         Self(SimdBase::splat(simd, 0.0))
     }
 
-    /// From the value of each lane.
+    /// From the values of the lanes.
     #[inline(always)]
-    pub fn gather(self, lane: impl FnMut(usize) -> f32) -> Self {
-        Self(S::f32s::from_fn(self.0.token(), lane))
+    pub fn load(self, values: &[f32; MAX_LANES]) -> Self {
+        Self(S::f32s::from_slice(self.0.token(), &values[..S::f32s::LEN]))
     }
 
-    /// From the vector of each lane.
+    /// To the values of the lanes.
     #[inline(always)]
-    pub fn gather_vector(self, lane: impl Fn(usize) -> Vec3) -> Packet3<S> {
-        let axis = |axis: usize| self.gather(|i| lane(i)[axis]);
-        Packet3::new(axis(0), axis(1), axis(2))
+    pub fn store(self, values: &mut [f32; MAX_LANES]) {
+        self.0.store_slice(&mut values[..S::f32s::LEN]);
+    }
+}
+
+impl<S: Simd> PacketMask<S> {
+    /// From the bits of the lanes, that of the first the lowest.
+    #[inline(always)]
+    pub fn load(like: Packet<S>, bits: u32) -> Self {
+        Self(SimdMask::from_bitmask(like.0.token(), u64::from(bits)))
     }
 
-    /// The value of a lane.
+    /// The bits of the lanes.
     #[inline(always)]
-    pub fn lane(self, lane: usize) -> f32 {
-        self.0.as_slice()[lane]
-    }
-
-    /// Lanes.
-    #[inline(always)]
-    pub fn width(self) -> usize {
-        S::f32s::LEN
-    }
-
-    /// A mask of the first `count` lanes.
-    #[inline(always)]
-    pub fn first(self, count: usize) -> PacketMask<S> {
-        self.gather(|lane| if lane < count { 1.0 } else { 0.0 }).is_positive()
+    pub fn bits(self) -> u32 {
+        self.0.to_bitmask() as u32
     }
 }
 
 impl<S: Simd> PacketIndex<S> {
-    /// The value of a lane.
+    /// To the values of the lanes.
     #[inline(always)]
-    pub fn lane(self, lane: usize) -> u32 {
-        self.0.as_slice()[lane]
+    pub fn store(self, values: &mut [u32; MAX_LANES]) {
+        self.0.store_slice(&mut values[..S::u32s::LEN]);
     }
 }
 
@@ -129,52 +129,6 @@ impl<S: Simd> Packet2<S> {
     #[inline(always)]
     pub const fn new(x: Packet<S>, y: Packet<S>) -> Self {
         Self { x, y }
-    }
-}
-
-impl<S: Simd> Packet3<S> {
-    /// From its coordinates.
-    #[inline(always)]
-    pub const fn new(x: Packet<S>, y: Packet<S>, z: Packet<S>) -> Self {
-        Self { x, y, z }
-    }
-}
-
-impl<S: Simd> CosineMap<Packet<S>> {
-    /// The maps of the lanes.
-    #[inline(always)]
-    pub fn gather<'a>(like: Packet<S>, map: impl Fn(usize) -> &'a CosineMap) -> Self {
-        let vector = |of: fn(&CosineMap) -> Vec3| like.gather_vector(|lane| of(map(lane)));
-        let foot = |axis: usize| like.gather(|lane| map(lane).foot[axis]);
-        let gram = |entry: usize| like.gather(|lane| map(lane).gram[entry]);
-        Self {
-            foot: Packet2::new(foot(0), foot(1)),
-            c0: vector(|m| m.c0),
-            c1: vector(|m| m.c1),
-            c2: vector(|m| m.c2),
-            normal: vector(|m| m.normal),
-            w0: vector(|m| m.w0),
-            w1: vector(|m| m.w1),
-            depth: like.gather(|lane| map(lane).depth),
-            gram: [gram(0), gram(1), gram(2)],
-        }
-    }
-}
-
-impl<S: Simd> Horizon<Packet<S>> {
-    /// The planes of the lanes.
-    #[inline(always)]
-    pub fn gather<'a>(like: Packet<S>, plane: impl Fn(usize) -> &'a Horizon) -> Self {
-        Self {
-            height: Height {
-                form: like.gather_vector(|lane| plane(lane).height.form),
-                margin: like.gather(|lane| plane(lane).height.margin),
-            },
-            along: like.gather_vector(|lane| plane(lane).along),
-            distance: like.gather(|lane| plane(lane).distance),
-            slope: like.gather(|lane| plane(lane).slope),
-            range: [like.gather(|lane| plane(lane).range[0]), like.gather(|lane| plane(lane).range[1])],
-        }
     }
 }
 
@@ -255,17 +209,6 @@ impl<S: Simd> Real for Packet<S> {
     }
 
     #[inline(always)]
-    fn select(mask: PacketMask<S>, yes: Self, no: Self) -> Self {
-        Self(mask.0.select(yes.0, no.0))
-    }
-}
-
-impl<S: Simd> Lanes for Packet<S> {
-    type Vec2 = Packet2<S>;
-    type Vec3 = Packet3<S>;
-    type Index = PacketIndex<S>;
-
-    #[inline(always)]
     fn sqrt(self) -> Self {
         Self(self.0.sqrt())
     }
@@ -286,13 +229,24 @@ impl<S: Simd> Lanes for Packet<S> {
     }
 
     #[inline(always)]
-    fn copysign(self, sign: Self) -> Self {
-        Self(self.0.copysign(sign.0))
+    fn at_most(self, other: Self) -> PacketMask<S> {
+        PacketMask(self.0.simd_le(other.0))
     }
 
     #[inline(always)]
-    fn at_most(self, other: Self) -> PacketMask<S> {
-        PacketMask(self.0.simd_le(other.0))
+    fn select(mask: PacketMask<S>, yes: Self, no: Self) -> Self {
+        Self(mask.0.select(yes.0, no.0))
+    }
+}
+
+impl<S: Simd> Lanes for Packet<S> {
+    type Vec2 = Packet2<S>;
+    type Vec3 = Packet3<S>;
+    type Index = PacketIndex<S>;
+
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        Self(self.0.copysign(sign.0))
     }
 
     #[inline(always)]
@@ -361,7 +315,7 @@ impl<S: Simd> PlanePoint for Packet2<S> {
 
     #[inline(always)]
     fn form(self, h: Packet3<S>) -> Packet<S> {
-        h.x * self.x + h.y * self.y + h.z
+        h.x() * self.x + h.y() * self.y + h.z()
     }
 
     #[inline(always)]
@@ -390,48 +344,145 @@ impl<S: Simd> PlanePoint for Packet2<S> {
     }
 }
 
-impl<S: Simd> Add for Packet3<S> {
-    type Output = Self;
+impl<S: Simd> DoublePacket<S> {
+    /// From the values of the lanes; `like` tells how many.
     #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
+    pub fn load(like: Packet<S>, values: &[f64; MAX_LANES]) -> Self {
+        let half = S::f64s::LEN;
+        let simd = like.0.token();
+        Self([S::f64s::from_slice(simd, &values[..half]), S::f64s::from_slice(simd, &values[half..2 * half])])
+    }
+
+    /// The same number in every lane.
+    #[inline(always)]
+    pub fn all(like: Packet<S>, value: f64) -> Self {
+        Self([SimdBase::splat(like.0.token(), value); 2])
     }
 }
 
-impl<S: Simd> Sub for Packet3<S> {
+/// An operator of two packets of doubles.
+macro_rules! double_operator {
+    ($Operator:ident, $operate:ident) => {
+        impl<S: Simd> $Operator for DoublePacket<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $operate(self, other: Self) -> Self {
+                Self([self.0[0].$operate(other.0[0]), self.0[1].$operate(other.0[1])])
+            }
+        }
+    };
+}
+double_operator!(Add, add);
+double_operator!(Sub, sub);
+double_operator!(Mul, mul);
+double_operator!(Div, div);
+
+impl<S: Simd> Mul<f64> for DoublePacket<S> {
     type Output = Self;
     #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
+    fn mul(self, factor: f64) -> Self {
+        Self([self.0[0] * factor, self.0[1] * factor])
     }
 }
 
-impl<S: Simd> Mul<Packet<S>> for Packet3<S> {
+impl<S: Simd> Neg for DoublePacket<S> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, factor: Packet<S>) -> Self {
-        Self::new(self.x * factor, self.y * factor, self.z * factor)
+    fn neg(self) -> Self {
+        Self([-self.0[0], -self.0[1]])
     }
 }
 
-impl<S: Simd> Vector<Packet<S>> for Packet3<S> {
+impl<S: Simd> Real for DoublePacket<S> {
+    type Mask = PacketMask<S>;
+
     #[inline(always)]
-    fn x(self) -> Packet<S> {
-        self.x
+    fn splat(self, value: f32) -> Self {
+        self.constant(f64::from(value))
     }
 
     #[inline(always)]
-    fn y(self) -> Packet<S> {
-        self.y
+    fn above(self, other: Self) -> PacketMask<S> {
+        PacketMask(self.0[0].simd_gt(other.0[0]).narrow(self.0[1].simd_gt(other.0[1])))
     }
 
     #[inline(always)]
-    fn z(self) -> Packet<S> {
-        self.z
+    fn at_most(self, other: Self) -> PacketMask<S> {
+        PacketMask(self.0[0].simd_le(other.0[0]).narrow(self.0[1].simd_le(other.0[1])))
     }
 
     #[inline(always)]
-    fn dot(self, other: Self) -> Packet<S> {
-        self.x * other.x + self.y * other.y + self.z * other.z
+    fn select(mask: PacketMask<S>, yes: Self, no: Self) -> Self {
+        let (low, high) = mask.0.widen();
+        Self([low.select(yes.0[0], no.0[0]), high.select(yes.0[1], no.0[1])])
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self([self.0[0].sqrt(), self.0[1].sqrt()])
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self([self.0[0].abs(), self.0[1].abs()])
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self([self.0[0].min(other.0[0]), self.0[1].min(other.0[1])])
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self([self.0[0].max(other.0[0]), self.0[1].max(other.0[1])])
+    }
+}
+
+impl<S: Simd> Doubles for DoublePacket<S> {
+    type Narrow = Packet<S>;
+    type Vec3 = Triple<Self>;
+
+    #[inline(always)]
+    fn constant(self, value: f64) -> Self {
+        Self([SimdBase::splat(self.0[0].token(), value); 2])
+    }
+
+    #[inline(always)]
+    fn narrow(self) -> Packet<S> {
+        Packet(self.0[0].narrow(self.0[1]))
+    }
+
+    #[inline(always)]
+    fn widen(narrow: Packet<S>) -> Self {
+        let (low, high) = narrow.0.widen();
+        Self([low, high])
+    }
+
+    #[inline(always)]
+    fn repair(self, mask: PacketMask<S>, f: impl Fn(usize) -> f64) -> Self {
+        if !mask.any() {
+            return self;
+        }
+        let half = S::f64s::LEN;
+        let simd = self.0[0].token();
+        let one = |lane: usize| if mask.0.test(lane) { f(lane) } else { self.lane(lane) };
+        Self([S::f64s::from_fn(simd, one), S::f64s::from_fn(simd, |lane| one(lane + half))])
+    }
+
+    #[inline(always)]
+    fn lane(self, lane: usize) -> f64 {
+        let half = S::f64s::LEN;
+        self.0[lane / half].as_slice()[lane % half]
+    }
+
+    #[inline(always)]
+    fn to_unit(self) -> Self {
+        let simd = self.0[0].token();
+        let all = |bits: u64| -> S::u64s { SimdBase::splat(simd, bits) };
+        let unit = |half: S::f64s| -> S::f64s {
+            let exponent = half.bitcast::<S::u64s>() & all(0x7ff << 52);
+            (all(2046 << 52) - exponent.min(all(2045 << 52))).bitcast()
+        };
+        Self([unit(self.0[0]), unit(self.0[1])])
     }
 }

@@ -31,11 +31,7 @@ impl Quad {
 /// The integral over the rectangle inside the half-spaces of `clip`, signed: positive in front of the light, negative
 /// behind; 1 for a full hemisphere.
 pub fn quad_integral(map: &CosineMap, clip: &Clip, quad: &Quad) -> f32 {
-    let horizons: &[Horizon] = match clip {
-        Clip::None => &[],
-        Clip::One(one) => one,
-        Clip::Two(two) => two,
-    };
+    let horizons = clip.planes();
     if map.is_close() { edges::<DVec2>(map, horizons, quad) } else { edges::<Vec2>(map, horizons, quad) }
 }
 

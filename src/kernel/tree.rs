@@ -10,7 +10,7 @@ use super::edge::edge_integral;
 use super::horizon::{Clip, Horizon, cut_edge};
 use super::lanes::{Lanes, Mask, Real, Vector};
 use super::map::{CosineMap, PlanePoint};
-use super::packet::{Packet, Packet2, Processor, Simd, Task};
+use super::packet::{Packet, Packet2, PacketMask, Simd};
 use bytemuck::{Pod, Zeroable};
 use core::f32::consts::{FRAC_1_PI, TAU};
 use glam::{DVec2, Vec2};
@@ -198,8 +198,8 @@ impl<L: Lanes> Expansion<L> {
         let z4 = z * 4.0;
         Derivatives {
             value: self.scale * z,
-            gradient: [z0 - z4 * b0, z1 - z4 * b1].map(|d| d * self.scale),
-            curvature: [h00 * 2.0, h01 * 4.0, h11 * 2.0].map(|d| d * self.scale),
+            gradient: [(z0 - z4 * b0) * self.scale, (z1 - z4 * b1) * self.scale],
+            curvature: [h00 * 2.0 * self.scale, h01 * 4.0 * self.scale, h11 * 2.0 * self.scale],
         }
     }
 }
@@ -219,9 +219,9 @@ pub(super) struct Derivatives<L> {
 #[derive(Clone, Copy, Debug)]
 pub struct Budget<L: Lanes = f32> {
     /// Sum of the accepted bounds, in tolerances.
-    pub(super) spent: L,
+    pub spent: L,
     /// The largest bound that the next node may have, in tolerances.
-    pub(super) share: L,
+    pub share: L,
 }
 
 /// Bounds that may add up, in tolerances, before the next node's share is a quarter.
@@ -260,77 +260,18 @@ pub fn tree_integral(map: &CosineMap, clip: &Clip, tree: Nodes<'_>, tolerance: f
     }
 }
 
-/// What [`tree_integral`] takes at one shading point.
-#[derive(Clone, Copy, Debug)]
-pub struct Asked {
-    /// The map.
-    pub map: CosineMap,
-    /// What clips the light.
-    pub clip: Clip,
-    /// Error allowed, in integrals.
-    pub tolerance: f32,
-}
-
-/// [`tree_integral`] at several shading points, to the bit, by packets of as many as the processor takes.
-///
-/// Each has a budget of its own.
-pub fn tree_integrals(
-    processor: Processor,
+/// [`tree_integral`] of the lanes that take part, none of which is close ([`CosineMap::is_close`]).
+#[inline(always)]
+pub fn tree_integrals<S: Simd>(
+    map: &CosineMap<Packet<S>>,
+    clip: &Clip<Packet<S>>,
     tree: Nodes<'_>,
-    asked: &[Asked],
-    budgets: &mut [Budget],
-    integrals: &mut [Integral],
-) {
-    debug_assert!(asked.len() == budgets.len() && asked.len() == integrals.len());
-    processor.run(TreePackets { tree, asked, budgets, integrals });
-}
-
-struct TreePackets<'a> {
-    tree: Nodes<'a>,
-    asked: &'a [Asked],
-    budgets: &'a mut [Budget],
-    integrals: &'a mut [Integral],
-}
-
-impl Task for TreePackets<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Simd>(self, like: Packet<S>) {
-        let Self { tree, asked, budgets, integrals } = self;
-        let width = like.width();
-        let parts = asked.chunks(width).zip(budgets.chunks_mut(width)).zip(integrals.chunks_mut(width));
-        for ((asked, budgets), integrals) in parts {
-            let at = |lane: usize| &asked[lane.min(asked.len() - 1)];
-            let map = CosineMap::gather(like, |lane| &at(lane).map);
-            let planes = asked.iter().map(|a| a.clip.planes().len()).max().unwrap_or(0);
-            let plane = |i: usize| {
-                let plane = |lane: usize| at(lane).clip.planes().get(i).unwrap_or(&Horizon::NOWHERE);
-                Horizon::gather(like, plane)
-            };
-            let far = |lane: usize| lane < asked.len() && !asked[lane].map.is_close();
-            let lanes = like.gather(|lane| f32::from(u8::from(far(lane)))).is_positive();
-            let tolerance = like.gather(|lane| at(lane).tolerance);
-            let of = |lane: usize| lane.min(asked.len() - 1);
-            let mut budget = Budget {
-                spent: like.gather(|lane| budgets[of(lane)].spent),
-                share: like.gather(|lane| budgets[of(lane)].share),
-            };
-            let [integral] = if planes == 0 {
-                walk([Lobe::<Packet2<S>>::new(&map, &[], tolerance, lanes)], tree, &mut budget)
-            } else {
-                walk([Lobe::<Packet2<S>>::new(&map, &[plane(0), plane(1)], tolerance, lanes)], tree, &mut budget)
-            };
-            for (lane, one) in asked.iter().enumerate() {
-                if far(lane) {
-                    integrals[lane] = Integral { value: integral.value.lane(lane), visited: integral.visited.lane(lane) };
-                    budgets[lane] = Budget { spent: budget.spent.lane(lane), share: budget.share.lane(lane) };
-                } else {
-                    integrals[lane] = tree_integral(&one.map, &one.clip, tree, one.tolerance, &mut budgets[lane]);
-                }
-            }
-        }
-    }
+    tolerance: Packet<S>,
+    budget: &mut Budget<Packet<S>>,
+    lanes: PacketMask<S>,
+) -> Integral<Packet<S>> {
+    let [integral] = walk([Lobe::<Packet2<S>>::new(map, clip.planes(), tolerance, lanes)], tree, budget);
+    integral
 }
 
 /// Where a box lies with respect to all horizons; neither where one may cut it.
@@ -373,6 +314,15 @@ pub(super) struct Lobe<'a, P: PlanePoint> {
     /// What lies between chords and curves.
     region: P::Lanes,
     visited: <P::Lanes as Lanes>::Index,
+}
+
+/// Centre and half-extents of the box around some points.
+#[inline(always)]
+fn box_of<V: PlanePoint<Scalar: Lanes>>([a, b, c, d]: [V; 4]) -> (V, V) {
+    let (low_x, high_x) = (a.x().min(b.x()).min(c.x().min(d.x())), a.x().max(b.x()).max(c.x().max(d.x())));
+    let (low_y, high_y) = (a.y().min(b.y()).min(c.y().min(d.y())), a.y().max(b.y()).max(c.y().max(d.y())));
+    let center = V::of((low_x + high_x) * 0.5, (low_y + high_y) * 0.5);
+    (center, V::of((high_x - low_x) * 0.5, (high_y - low_y) * 0.5))
 }
 
 /// Walks the tree for some lobes together, which share the loads of its nodes; each lobe of each lane accepts or refines for
@@ -481,7 +431,13 @@ impl<'a, P: PlanePoint> Lobe<'a, P> {
 
     /// Adds what an edge below one horizon adds by crossing the other.
     #[inline(always)]
-    fn add_far_crossings(&mut self, place: &Place<<P::Lanes as Real>::Mask>, awake: <P::Lanes as Real>::Mask, a: P, b: P) {
+    fn add_far_crossings(
+        &mut self,
+        place: &Place<<P::Lanes as Real>::Mask>,
+        awake: <P::Lanes as Real>::Mask,
+        a: P,
+        b: P,
+    ) {
         for (below, other) in [(place.below[0], 1), (place.below[1], 0)] {
             if (below & awake).any() {
                 self.add_contour(below & awake, self.horizons[other].far_crossing(a, b));
@@ -527,13 +483,7 @@ impl<'a, P: PlanePoint> Lobe<'a, P> {
             // Area between the piece's own cubic 0, h0, q2, chord and its chord: ½∫ p × dp.
             let q2 = chord - h1;
             let area = (h0.perp_dot(q2) * 3.0 + h0.perp_dot(chord) * 3.0 + q2.perp_dot(chord) * 6.0) * (1.0 / 20.0);
-            let hull = [a, a + h0, b - h1, b].map(P::round);
-            let [x, y] = [hull.map(PlanePoint::x), hull.map(PlanePoint::y)].map(|c| {
-                let low = c[0].min(c[1]).min(c[2].min(c[3]));
-                let high = c[0].max(c[1]).max(c[2].max(c[3]));
-                [(low + high) * 0.5, (high - low) * 0.5]
-            });
-            let (center, half) = (PlanePoint::of(x[0], y[0]), PlanePoint::of(x[1], y[1]));
+            let (center, half) = box_of([a.round(), (a + h0).round(), (b - h1).round(), b.round()]);
             let place = place(map.depth, horizons, center, half);
             let lit = awake & !place.below();
             let expansion = Expansion::new(map, center, half);
