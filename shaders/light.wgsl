@@ -2,6 +2,8 @@
 
 // Whether any material has a diffuse part.
 override DIFFUSE: bool = true;
+// Whether a lobe of no weight is left out.
+override SKIP_LOBES: bool = true;
 
 const SKIP_REASONS: u32 = 3u;
 
@@ -45,11 +47,11 @@ fn add_light(pixel: u32, point: SurfacePoint, row: u32) {
                 }
                 weight *= emitter.radiance;
                 let brightest = max_element(weight);
-                if brightest <= 0.0 {
+                if SKIP_LOBES && brightest <= 0.0 {
                     skipped.z += 1u;
                     continue;
                 }
-                let gathered = gather(emitter, images, lobe, frame.tolerance / brightest, &budget);
+                let gathered = gather(emitter, images, lobe, frame.tolerance / select(1.0, brightest, brightest > 0.0), &budget);
                 sums[k] += weight * gathered.value * images.sign;
                 visited += gathered.visited;
                 skipped.x += u32(gathered.skip == SKIP_BEHIND);

@@ -70,6 +70,7 @@ impl Backend for CpuBackend {
             shaded: counters.shaded,
             integrals: counters.integrals,
             nodes: counters.nodes,
+            left_out: prepared.features.left_out(),
             lights: counters.lights,
         };
         Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })
@@ -105,11 +106,16 @@ fn shade(
         for (lobe, weight, sum) in lobes {
             let weight = weight * emitter.radiance;
             let brightest = weight.max_element();
-            if brightest <= 0.0 {
+            if brightest <= 0.0 && settings.skips.lobes {
                 stats.no_lobe += 1;
                 continue;
             }
-            match images.integral(emitter, lobe, settings.tolerance / brightest, &mut budget) {
+            match images.integral(
+                emitter,
+                lobe,
+                settings.tolerance / if brightest > 0.0 { brightest } else { 1.0 },
+                &mut budget,
+            ) {
                 Ok(integral) => {
                     counters.integrals += 1;
                     counters.nodes += u64::from(integral.visited);

@@ -1,6 +1,7 @@
 //! A scene made ready for shading: flat arrays, relative to the camera, that both backends read.
 
 use super::emitter::{Emitter, emitters, layers};
+use super::features::Features;
 use super::{BackendError, Horizons, Settings, Technique};
 use crate::brdf::ltc::{Lobe, Table};
 use crate::color::{srgb_decode, srgb_encode};
@@ -31,6 +32,8 @@ pub struct Prepared {
     pub technique: Technique,
     /// Where specular lobes are clipped.
     pub horizons: Horizons,
+    /// What shading them needs.
+    pub features: Features,
     /// Sample positions in the pixel, both coordinates 0..1, x right, y down.
     pub offsets: Vec<[f32; 2]>,
 }
@@ -63,17 +66,22 @@ impl Prepared {
             }
         }
         let (textures, texels) = pack_textures(&scene.textures);
+        let materials: Vec<_> = scene.materials.iter().map(pack_material).collect();
+        let emitters = emitters(scene, &settings.technique)?;
+        let horizons = settings.horizons();
+        let features = Features::new(&materials, &emitters, &settings.technique, horizons, settings.skips);
         Ok(Self {
             eye,
             rays,
             triangles: scene.triangles.iter().map(|t| pack_triangle(t, eye)).collect(),
-            materials: scene.materials.iter().map(pack_material).collect(),
+            materials,
             textures,
             texels,
-            emitters: emitters(scene, &settings.technique)?,
+            emitters,
             layers: layers(scene)?,
             technique: settings.technique,
-            horizons: settings.horizons(),
+            horizons,
+            features,
             offsets: offsets(samples),
         })
     }
@@ -87,7 +95,7 @@ impl Prepared {
 
     /// The textures as the kernel reads them.
     pub fn textures(&self) -> Textures<'_> {
-        Textures { textures: &self.textures, texels: &self.texels }
+        Textures { textures: &self.textures, texels: &self.texels, any: self.features.textures }
     }
 }
 

@@ -12,7 +12,7 @@ use glyphlight::backend::gather::Images;
 use glyphlight::backend::gpu::layout::MeterPoint;
 use glyphlight::backend::gpu::{AdapterChoice, GpuBackend};
 use glyphlight::backend::prepared::Prepared;
-use glyphlight::backend::{Backend, BackendError, Horizons, Rendering, Settings, Stats, Technique};
+use glyphlight::backend::{Backend, BackendError, Rendering, Settings, Stats, Technique};
 use glyphlight::brdf::ltc::Table;
 use glyphlight::film::Film;
 use glyphlight::kernel::frame::ShadingFrame;
@@ -41,7 +41,7 @@ pub fn gpu() -> Option<&'static GpuBackend> {
 }
 
 pub fn settings(samples: u32) -> Settings {
-    Settings { width: 97, height: 71, samples, tolerance: 1e-4, technique: Technique::Tree, horizons: Horizons::Both }
+    Settings { width: 97, height: 71, samples, tolerance: 1e-4, ..Settings::default() }
 }
 
 fn material(alpha: f32, metallic: f32) -> Material {

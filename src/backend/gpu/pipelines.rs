@@ -2,8 +2,8 @@
 
 use super::buffers::SceneBuffers;
 use super::device::Device;
-use super::layout::Features;
 use super::source::{self, Source};
+use crate::backend::features::Features;
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry,
     BindingResource, BindingType, BufferBindingType, ComputePipeline, ComputePipelineDescriptor, PipelineLayout,
@@ -114,6 +114,7 @@ impl Layouts {
         let constants = [
             ("DIFFUSE", flag(features.diffuse)),
             ("SPECULAR", flag(features.specular)),
+            ("SKIP_LOBES", flag(features.skips.lobes)),
             ("TEXTURES", flag(features.textures)),
             ("PICTURES", flag(features.pictures)),
             ("BODIES", flag(features.bodies)),
