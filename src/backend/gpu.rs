@@ -27,8 +27,9 @@ use std::collections::HashMap;
 use std::sync::Mutex;
 use tiles::{Painter, Tile};
 
-/// Counters of each light: behind, below the horizon, without such a lobe.
-const SKIP_REASONS: usize = 3;
+/// Counters of each light: behind, below the horizon, without such a lobe, under the tolerance; and of the first two
+/// those decided by tile.
+const SKIP_REASONS: usize = 6;
 /// Points of the light meter in a workgroup.
 const METER_GROUP: usize = 64;
 
@@ -188,7 +189,9 @@ fn light_stats(scene: &Scene, prepared: &Prepared, shaded: u64, skips: &[u64]) -
             behind: sum(index, 0),
             below_horizon: sum(index, 1),
             no_lobe: sum(index, 2),
-            ..LightStats::default()
+            under_tolerance: sum(index, 3),
+            behind_tile: sum(index, 4),
+            below_tile: sum(index, 5),
         }
     };
     scene.lights.iter().enumerate().map(stats).collect()

@@ -14,6 +14,8 @@ mod silhouette;
 pub mod skips;
 mod surfaces;
 pub mod technique;
+pub mod tile;
+mod uncut;
 
 use crate::film::Film;
 use crate::kernel::surface::Rays;
@@ -73,7 +75,7 @@ pub struct Stats {
     pub integrals: u64,
     /// What those integrals were made of: tree nodes, edges or samples, as [`Technique::parts`] says.
     pub nodes: u64,
-    /// Parts of the shading that no surface needs and no sample paid for: `diffuse`, `specular`, `textures`.
+    /// Parts of the shading that no surface needs and no sample paid for: `diffuse`, `specular`, `textures`, `horizons`.
     pub left_out: Vec<String>,
     /// Per light: its name and how many integrals were skipped, by reason.
     pub lights: Vec<LightStats>,
@@ -94,8 +96,10 @@ pub struct LightStats {
     pub no_lobe: u64,
     /// The light adds too little to be seen in the tile, see [`Skips::under_tolerance`].
     pub under_tolerance: u64,
-    /// Of all those behind, below the horizon or under the tolerance: decided for a whole tile.
-    pub by_tile: u64,
+    /// Of those behind: decided for a whole tile.
+    pub behind_tile: u64,
+    /// Of those below the horizon: decided for a whole tile.
+    pub below_tile: u64,
 }
 
 impl LightStats {
@@ -111,7 +115,8 @@ impl LightStats {
         self.below_horizon += other.below_horizon;
         self.no_lobe += other.no_lobe;
         self.under_tolerance += other.under_tolerance;
-        self.by_tile += other.by_tile;
+        self.behind_tile += other.behind_tile;
+        self.below_tile += other.below_tile;
     }
 }
 

@@ -2,10 +2,12 @@
 
 use super::emitter::{Emitter, emitters, layers};
 use super::features::Features;
+use super::tile::light_box;
 use super::{BackendError, Horizons, Settings, Technique};
 use crate::brdf::ltc::{Lobe, Table};
 use crate::color::{srgb_decode, srgb_encode};
 use crate::kernel::surface::{NO_TEXTURE, Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle, Textures};
+use crate::kernel::tile::LightBox;
 use crate::scene::{Material, Scene, Texture, Triangle};
 use glam::{DVec3, Vec3, Vec4};
 
@@ -26,6 +28,8 @@ pub struct Prepared {
     pub texels: Vec<u32>,
     /// What surfaces gather from, in the order of lights and layers.
     pub emitters: Vec<Emitter>,
+    /// Boxes around the emitters.
+    pub boxes: Vec<LightBox>,
     /// What the camera sees: every layer of every light.
     pub layers: Vec<Emitter>,
     /// What the emitters are made for.
@@ -69,14 +73,18 @@ impl Prepared {
         let materials: Vec<_> = scene.materials.iter().map(pack_material).collect();
         let emitters = emitters(scene, &settings.technique)?;
         let horizons = settings.horizons();
-        let features = Features::new(&materials, &emitters, &settings.technique, horizons, settings.skips);
+        let triangles: Vec<_> = scene.triangles.iter().map(|t| pack_triangle(t, eye)).collect();
+        let boxes: Vec<_> = emitters.iter().map(light_box).collect();
+        let features =
+            Features::new(&triangles, &materials, &boxes, &emitters, &settings.technique, horizons, settings.skips);
         Ok(Self {
             eye,
             rays,
-            triangles: scene.triangles.iter().map(|t| pack_triangle(t, eye)).collect(),
+            triangles,
             materials,
             textures,
             texels,
+            boxes,
             emitters,
             layers: layers(scene)?,
             technique: settings.technique,

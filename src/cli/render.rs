@@ -159,12 +159,14 @@ fn table(stats: &Stats) -> String {
     for light in &stats.lights {
         let percent = |n: u64| 100.0 * n as f64 / light.candidates.max(1) as f64;
         let skipped = format!(
-            "behind {:.1} %, below the horizon {:.1} %, no such lobe {:.1} %, under the tolerance {:.1} %; by tile {:.1} % of {}",
+            "behind {:.1} % ({:.1} % by tile), below the horizon {:.1} % ({:.1} % by tile), no such lobe {:.1} %, under the \
+             tolerance {:.1} % of {}",
             percent(light.behind),
+            percent(light.behind_tile),
             percent(light.below_horizon),
+            percent(light.below_tile),
             percent(light.no_lobe),
             percent(light.under_tolerance),
-            percent(light.by_tile),
             light.candidates
         );
         table.add_row([format!("skipped, {}", label(&light.name)), skipped]);

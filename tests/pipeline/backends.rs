@@ -344,6 +344,9 @@ pub fn same_stats(a: &Stats, b: &Stats) -> bool {
             && near(x.behind, y.behind)
             && near(x.below_horizon, y.below_horizon)
             && near(x.no_lobe, y.no_lobe)
+            && near(x.under_tolerance, y.under_tolerance)
+            && near(x.behind_tile, y.behind_tile)
+            && near(x.below_tile, y.below_tile)
     });
     let totals = a.shaded == b.shaded && near(a.integrals, b.integrals) && near(a.nodes, b.nodes);
     totals && lights && a.lights.len() == b.lights.len()
