@@ -85,7 +85,7 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
         layout!(Emitter: x first y end center first_detail normal light radiance two_sided
             form radius length picture),
         layout!(LightBox: center area x half_x y half_y z half_z radiance one_sided),
-        layout!(Node: center half a b m0 m1 m2 area link),
+        layout!(Node: center half a b m0 m1 m2 areas link),
         layout!(Handles: p1 p2 low1 low2),
         layout!(Curve: p0 p1 p2 p3),
         layout!(Quad: half low),
