@@ -64,6 +64,8 @@ pub struct Images {
     back: bool,
     /// 1, or −1 for a face that hides a part of the faces before it.
     sign: f64,
+    /// Whether a horizon may cut the light.
+    may_be_cut: bool,
 }
 
 impl Images {
@@ -77,12 +79,18 @@ impl Images {
         }
         let back = front < 0.0 && !whole;
         let hides = back && matches!(emitter.facing, Facing::End { .. });
-        Ok(Self { c: c.map(|v| frame.to_local(v)), back, sign: if hides { -1.0 } else { 1.0 } })
+        Ok(Self { c: c.map(|v| frame.to_local(v)), back, sign: if hides { -1.0 } else { 1.0 }, may_be_cut: true })
     }
 
     /// The images given, of an emitter whose front the point sees.
     pub const fn in_cosine_space(c: [DVec3; 3]) -> Self {
-        Self { c, back: false, sign: 1.0 }
+        Self { c, back: false, sign: 1.0, may_be_cut: true }
+    }
+
+    /// The images of a light that is known to be above every horizon.
+    #[must_use]
+    pub const fn uncut(self) -> Self {
+        Self { may_be_cut: false, ..self }
     }
 
     /// The clamped-cosine integral over the light: of the plain cosine, or of a lobe clipped at its horizons.
@@ -181,7 +189,7 @@ impl Images {
     /// Clipped at z = 0 of cosine space only, as published.
     fn by_quad(&self, c: [DVec3; 3], emitter: &Emitter, quad: &Quad) -> Result<Gathered, Skip> {
         let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
-        let clip = Clip::new(&map, None, -map.foot, quad.half).ok_or(Skip::BelowHorizon)?;
+        let clip = self.clip(&map, -map.foot, quad.half)?;
         Ok(self.lit(quad_integral(&map, &clip, quad), QUAD_EDGES).painted(emitter, &map))
     }
 
@@ -193,7 +201,7 @@ impl Images {
         integrate: impl FnOnce(&CosineMap, Option<&Horizon>) -> EdgeSum,
     ) -> Result<Gathered, Skip> {
         let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
-        let clip = Clip::new(&map, None, -map.foot, Vec2::ONE).ok_or(Skip::BelowHorizon)?;
+        let clip = self.clip(&map, -map.foot, Vec2::ONE)?;
         let sum = integrate(&map, clip.planes().first());
         Ok(self.lit(sum.value, sum.edges).painted(emitter, &map))
     }
@@ -216,11 +224,16 @@ impl Images {
     /// [`View::new`] at one point.
     fn clipped(&self, square: Square, lobe: Option<&Lobe>, bounds: [Vec2; 2]) -> Result<(CosineMap, Clip), Skip> {
         let lobe = lobe.map(|lobe| (lobe.m_inv.widen(), lobe.m_row_z));
-        let view = View::new::<f64>(self.c, square, lobe, bounds);
+        let view = View::new::<f64>(self.c, square, lobe, bounds, self.may_be_cut);
         if !view.is_map {
             return Err(Skip::Behind);
         }
         if view.clipped.below { Err(Skip::BelowHorizon) } else { Ok((view.map, view.clipped.clip)) }
+    }
+
+    /// What clips the box with that centre relative to the foot and those half-extents at z = 0 of cosine space.
+    fn clip(&self, map: &CosineMap, center: Vec2, half: Vec2) -> Result<Clip, Skip> {
+        if self.may_be_cut { Clip::new(map, None, center, half).ok_or(Skip::BelowHorizon) } else { Ok(Clip::none(map)) }
     }
 
     /// A signed integral from the side the point is on.
@@ -255,13 +268,14 @@ pub struct View<L: Lanes> {
 
 impl<L: Lanes> View<L> {
     /// From the images of the light-space axes and origin in the shading frame; the lobe by its inverse matrix and the third row
-    /// of the matrix; `center` and `half` are those of the light's box in tree space.
+    /// of the matrix; the box is the light's, by its centre and half-extents in tree space; whether a horizon may cut it.
     #[inline(always)]
     pub fn new<D: Doubles<Narrow = L, Mask = L::Mask>>(
         c: [D::Vec3; 3],
         Square { center, half }: Square,
         lobe: Option<(InverseMatrix<D>, L::Vec3)>,
         [box_center, box_half]: [Vec2; 2],
+        may_be_cut: bool,
     ) -> Self {
         let [x, y, origin] = c;
         let images = match &lobe {
@@ -269,6 +283,10 @@ impl<L: Lanes> View<L> {
             None => c,
         };
         let (map, is_map) = CosineMap::of::<D>(images, center, half);
+        if !may_be_cut {
+            let clipped = Clipped { clip: Clip::none(&map), below: map.depth.mask(false) };
+            return Self { map, is_map, clipped };
+        }
         let truth = match lobe {
             Some((_, axis)) => {
                 let form = map.height_form::<D>([x.z(), y.z(), origin.z()], center, half);

@@ -5,7 +5,7 @@ use super::emitter::{Emitter, Geometry, Skip};
 use super::gather::View;
 use crate::brdf::ltc::{InverseMatrix, Lobe};
 use crate::kernel::frame::ShadingFrame;
-use crate::kernel::lanes::{Real, Triple, Vector};
+use crate::kernel::lanes::{Mask, Real, Triple, Vector};
 use crate::kernel::packet::{DoublePacket, MAX_LANES, Packet, PacketMask, Processor, Simd, Task};
 use crate::kernel::tree::{Budget, tree_integrals};
 use crate::light::simple::Facing;
@@ -43,6 +43,8 @@ pub struct Question<'a> {
     pub asking: u32,
     /// Error allowed for each lane, in integrals.
     pub tolerance: [f32; MAX_LANES],
+    /// Whether a horizon may cut the light.
+    pub may_be_cut: bool,
 }
 
 /// What became of it.
@@ -54,7 +56,7 @@ pub struct Answer {
     pub visited: [u32; MAX_LANES],
     /// Bits of the lanes with an integral.
     pub integrated: u32,
-    /// Bits of the lanes that are behind the light.
+    /// Bits of the lanes that are behind the light, whether they ask or not.
     pub behind: u32,
     /// Bits of the lanes where the light is below a horizon.
     pub below: u32,
@@ -146,7 +148,7 @@ impl Task for Asking<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, like: Packet<S>) -> Answer {
-        let Self { points, question: &Question { emitter, tree, specular, asking, ref tolerance } } = self;
+        let Self { points, question: &Question { emitter, tree, specular, asking, ref tolerance, may_be_cut } } = self;
         let everywhere = |v: DVec3| -> Triple<DoublePacket<S>> {
             Vector::of(DoublePacket::all(like, v.x), DoublePacket::all(like, v.y), DoublePacket::all(like, v.z))
         };
@@ -158,6 +160,19 @@ impl Task for Asking<'_> {
         let front = -everywhere(placement.x.cross(placement.y)).dot(to_light);
         let back = (-front).is_positive();
         let faces = if emitter.two_sided { front.is_positive() | back } else { front.is_positive() };
+        let present = PacketMask::load(like, (1_u32 << points.count) - 1);
+        let asking = PacketMask::load(like, asking) & present & faces;
+        let mut answer = Answer {
+            value: [0.0; MAX_LANES],
+            visited: [0; MAX_LANES],
+            integrated: 0,
+            behind: (present & !faces).bits(),
+            below: 0,
+            alone: 0,
+        };
+        if !asking.any() {
+            return answer;
+        }
         let [x, y, z] = &points.frame;
         let frame = ShadingFrame { x: load(x), y: load(y), z: load(z), cos_theta: front };
         let (x, y) = (frame.to_local(everywhere(placement.x)), frame.to_local(everywhere(placement.y)));
@@ -172,21 +187,16 @@ impl Task for Asking<'_> {
             None
         };
         let root = &tree.nodes[0];
-        let view = View::new::<DoublePacket<S>>(images, emitter.square, lobe, [root.center, root.half]);
-        let present = PacketMask::load(like, asking & ((1_u32 << points.count) - 1));
-        let faced = present & faces & view.is_map;
-        let seen = faced & !view.clipped.below;
+        let bounds = [root.center, root.half];
+        let view = View::new::<DoublePacket<S>>(images, emitter.square, lobe, bounds, may_be_cut);
+        let seen = asking & view.is_map & !view.clipped.below;
         let close = view.map.is_close();
         let far = seen & !close;
-        let mut answer = Answer {
-            value: [0.0; MAX_LANES],
-            visited: [0; MAX_LANES],
-            integrated: far.bits(),
-            behind: (present & !faced).bits(),
-            below: (faced & view.clipped.below).bits(),
-            alone: (seen & close).bits(),
-        };
-        if answer.integrated != 0 {
+        answer.behind |= (asking & !view.is_map).bits();
+        answer.below = (asking & view.is_map & view.clipped.below).bits();
+        answer.alone = (seen & close).bits();
+        answer.integrated = far.bits();
+        if far.any() {
             let tolerance = like.load(tolerance);
             let mut budget = Budget { spent: like.load(&points.spent), share: like.load(&points.share) };
             let clip = &view.clipped.clip;

@@ -2,17 +2,7 @@
 
 use super::lanes::{Lanes, Mask, Real, Vector};
 use super::map::{CosineMap, PlanePoint};
-use core::f32::consts::{FRAC_PI_2, PI};
-
-/// c0 + c1·x + … + c8·x⁸ by halves (Estrin 1960).
-#[inline(always)]
-fn polynomial<L: Lanes>(c: [f32; 9], x: L) -> L {
-    let x2 = x * x;
-    let x4 = x2 * x2;
-    let low = (x * c[1] + c[0]) + (x * c[3] + c[2]) * x2;
-    let high = (x * c[5] + c[4]) + (x * c[7] + c[6]) * x2;
-    low + x4 * (high + x4 * c[8])
-}
+use core::f32::consts::PI;
 
 /// θ / sin θ for x = cos θ in \[0, 1\]: minimax polynomial, relative error 7e-8 (2.2e-7 as evaluated in f32).
 #[inline(always)]
@@ -28,29 +18,11 @@ pub fn angle_over_sine<L: Lanes>(x: L) -> L {
         -0.097_263_96,
         0.017_478_622,
     ];
-    polynomial(C, x)
-}
-
-/// The angle of the point (x, y) with x ≥ 0, from −π/2 to π/2; 0 at the origin. Minimax polynomial of atan(t)/t in t²,
-/// absolute error 2e-7 as evaluated in f32.
-#[inline(always)]
-pub fn half_turn<L: Lanes>(y: L, x: L) -> L {
-    const C: [f32; 9] = [
-        1.0,
-        -0.333_330_72,
-        0.199_926_2,
-        -0.142_036_45,
-        0.106_409_35,
-        -0.075_042_963,
-        0.042_691_533,
-        -0.016_068_636,
-        0.002_849_890_6,
-    ];
-    let height = y.abs();
-    let steep = height.above(x);
-    let t = L::select(steep, x, height) / L::select(steep, height, x).max(x.splat(f32::MIN_POSITIVE));
-    let flat = t * polynomial(C, t * t);
-    L::select(steep, -flat + FRAC_PI_2, flat).copysign(y)
+    let x2 = x * x;
+    let x4 = x2 * x2;
+    let low = (x * C[1] + C[0]) + (x * C[3] + C[2]) * x2;
+    let high = (x * C[5] + C[4]) + (x * C[7] + C[6]) * x2;
+    low + x4 * (high + x4 * C[8])
 }
 
 /// θ·(b×a)_z / |b×a| for the edge from `a` to `b` (relative to the map's foot), θ the angle it subtends at the

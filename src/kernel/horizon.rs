@@ -5,7 +5,7 @@
 //! planes are in use: z = 0 of cosine space, where the clamped cosine ends, and the true horizon of the
 //! surface, which a tilted lobe dips below.
 
-use super::edge::{edge_integral, half_turn};
+use super::edge::{angle_over_sine, edge_integral};
 use super::lanes::{Lanes, Mask, Real, Vector};
 use super::map::{CosineMap, PlanePoint};
 use glam::Vec2;
@@ -103,6 +103,12 @@ impl Clip {
 }
 
 impl<L: Lanes> Clip<L> {
+    /// Of a light that no plane cuts.
+    #[inline(always)]
+    pub fn none(map: &CosineMap<L>) -> Self {
+        Self { planes: [Horizon::nowhere(map.depth); 2], cutting: [1, 1] }
+    }
+
     /// What clips a light whose box has that centre relative to the foot and those half-extents. Nothing is computed for a plane
     /// that doesn't cut the box.
     #[inline(always)]
@@ -231,7 +237,7 @@ impl<L: Lanes> Horizon<L> {
     #[inline(always)]
     pub fn crossing(&self, p: L::Vec3) -> L {
         let place = p.dot(self.along).max(self.range[0]).min(self.range[1]);
-        self.slope * half_turn(place, self.distance)
+        self.slope * angle_on_line(place, self.distance)
     }
 
     /// What an edge below the other horizon adds: where it crosses this one it does so beyond the corner of the two lines,
@@ -245,9 +251,18 @@ impl<L: Lanes> Horizon<L> {
         }
         let ends_low = self.range[0].above(none.splat(f32::NEG_INFINITY));
         let corner = L::select(ends_low, self.range[0], self.range[1]);
-        let up = self.slope * half_turn(corner, self.distance);
+        let up = self.slope * angle_on_line(corner, self.distance);
         L::select(start ^ end, L::select(end, up, -up), none)
     }
+}
+
+/// atan2(place, distance) for distance ≥ 0, by the polynomial of the edges.
+#[inline(always)]
+fn angle_on_line<L: Lanes>(place: L, distance: L) -> L {
+    let largest = place.abs().max(distance);
+    let (p, d) = (place / largest, distance / largest);
+    let inv = p.splat(1.0) / (p * p + d * d).sqrt();
+    L::select(largest.is_positive(), p * inv * angle_over_sine(d * inv), largest.splat(0.0))
 }
 
 /// 2π times the integral along the part of the edge from `a` to `b` (relative to the map's foot) that is above all horizons,
