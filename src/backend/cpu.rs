@@ -178,7 +178,7 @@ impl Shader<'_> {
             let reflectance = point.reflectance(lobe);
             tile.add(point.position, &frame, &reflectance);
             let position = point.position.as_dvec3();
-            if self.points.len() % self.processor.lanes() == 0 {
+            if self.points.len().is_multiple_of(self.processor.lanes()) {
                 self.packets.push(PointPacket::default());
             }
             if let Some(packet) = self.packets.last_mut() {
