@@ -4,7 +4,7 @@ use super::progress;
 use crate::backend::cpu::CpuBackend;
 #[cfg(feature = "gpu")]
 use crate::backend::gpu::{AdapterChoice, GpuBackend};
-use crate::backend::{Backend, BackendError, Rendering, Settings, Technique, reference};
+use crate::backend::{Backend, BackendError, Horizons, Rendering, Settings, Technique, reference};
 use crate::scene::Scene;
 #[cfg(feature = "gpu")]
 use crate::stress::meter::Gpu;
@@ -53,11 +53,11 @@ impl Backends {
     ///
     /// # Errors
     /// There is no GPU and it was asked for, or it does not have the technique.
-    pub fn meter(&self, technique: Technique) -> Result<Box<dyn Meter + '_>, BackendError> {
+    pub fn meter(&self, technique: Technique, horizons: Horizons) -> Result<Box<dyn Meter + '_>, BackendError> {
         if self.on_cpu(&technique) {
-            return Ok(Box::new(Cpu { technique }));
+            return Ok(Box::new(Cpu { technique, horizons }));
         }
-        self.gpu_meter(technique)
+        self.gpu_meter(technique, horizons)
     }
 
     fn on_cpu(&self, technique: &Technique) -> bool {
@@ -83,11 +83,11 @@ impl Backends {
     }
 
     #[cfg(feature = "gpu")]
-    fn gpu_meter(&self, technique: Technique) -> Result<Box<dyn Meter + '_>, BackendError> {
+    fn gpu_meter(&self, technique: Technique, horizons: Horizons) -> Result<Box<dyn Meter + '_>, BackendError> {
         match self.open_gpu()? {
             Some(_) if technique.is_cpu_only() => Err(BackendError::CpuOnly(technique.name())),
-            Some(backend) => Ok(Box::new(Gpu { backend, technique })),
-            None => Ok(Box::new(Cpu { technique })),
+            Some(backend) => Ok(Box::new(Gpu { backend, technique, horizons })),
+            None => Ok(Box::new(Cpu { technique, horizons })),
         }
     }
 
@@ -109,8 +109,8 @@ impl Backends {
     }
 
     #[cfg(not(feature = "gpu"))]
-    fn gpu_meter(&self, technique: Technique) -> Result<Box<dyn Meter + '_>, BackendError> {
-        self.gpu().map(|_| Box::new(Cpu { technique }) as Box<dyn Meter>)
+    fn gpu_meter(&self, technique: Technique, horizons: Horizons) -> Result<Box<dyn Meter + '_>, BackendError> {
+        self.gpu().map(|_| Box::new(Cpu { technique, horizons }) as Box<dyn Meter>)
     }
 
     #[cfg(not(feature = "gpu"))]

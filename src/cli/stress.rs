@@ -7,7 +7,7 @@ use crate::backend::Technique;
 use crate::error::Error;
 use crate::film::Pending;
 use crate::stress::judge::{FLOOR, Judged};
-use crate::stress::meter::Meter;
+use crate::stress::meter::{Meter, horizons};
 use crate::stress::run::{Fail, Findings, Tally, run as seek};
 use crate::stress::shrink::shrink;
 use comfy_table::{Cell, CellAlignment, Table};
@@ -47,7 +47,7 @@ pub fn run(args: &Args) -> Result<bool, Error> {
     let mut sound = true;
     let mut lines = Vec::new();
     for &technique in &args.technique {
-        let meter = backends.meter(technique)?;
+        let meter = backends.meter(technique, horizons(&technique))?;
         let since = Instant::now();
         let found = progress::shown("cases", |report| seek(&*meter, args.seed, args.count, report))?;
         let seconds = since.elapsed().as_secs_f64();
@@ -106,12 +106,8 @@ impl<'a> Small<'a> {
 
 fn command(args: &Args, technique: &Technique, small: &Small<'_>) -> Result<String, Error> {
     let line = json(&small.case.line(id(args.seed, small.fail.index).into()))?;
-    let tolerance = match technique {
-        Technique::Tree | Technique::Textured => format!(" --tolerance {:e}", small.case.tolerance),
-        _ => String::new(),
-    };
     let backend = if args.backend == BackendArg::Cpu { "" } else { " --backend gpu" };
-    Ok(format!("echo '{line}' | glyphlight probe integral /dev/stdin --technique {technique}{tolerance}{backend}"))
+    Ok(format!("echo '{line}' | glyphlight probe integral /dev/stdin --technique {technique}{backend}"))
 }
 
 fn print(args: &Args, technique: &Technique, found: &Findings, small: &[Small<'_>], seconds: f64) -> Result<(), Error> {

@@ -98,15 +98,20 @@ impl Case {
             normal: self.normal.to_array(),
             view: self.view.to_array(),
             alpha: self.alpha,
+            tolerance: Some(self.tolerance),
         }
     }
 
-    /// The case that a line asks for.
+    /// The case that a line asks for, to `tolerance` where it says none itself.
     ///
     /// # Errors
     /// Which of its values is out of range.
     pub fn of_line(line: &Line, tolerance: f32) -> Result<Self, String> {
         let Line { curves, light, eye, position, normal, view, alpha, .. } = line;
+        let tolerance = line.tolerance.unwrap_or(tolerance);
+        if !(tolerance.is_finite() && tolerance > 0.0) {
+            return Err(format!("`tolerance` = {tolerance} is not a finite number above 0"));
+        }
         let point = |key: &str, v: [f64; 3]| {
             let inside = v.iter().all(|x| x.abs() <= FARTHEST);
             inside.then(|| DVec3::from_array(v)).ok_or_else(|| format!("`{key}` = {v:?} is beyond ±{FARTHEST:e} m"))
@@ -163,6 +168,9 @@ pub struct Line {
     /// GGX width of the specular lobe; without it the integral is that of the plain cosine.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub alpha: Option<f64>,
+    /// Largest error asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f32>,
 }
 
 /// World images of the light-space origin and axes.

@@ -62,12 +62,14 @@ pub const fn horizons(technique: &Technique) -> Horizons {
 pub struct Cpu {
     /// The technique.
     pub technique: Technique,
+    /// Where it clips lobes.
+    pub horizons: Horizons,
 }
 
 impl Cpu {
     fn integral(&self, emitter: &Emitter, case: &Case) -> f64 {
         let Some(frame) = case.frame() else { return 0.0 };
-        let lobe = case.lobe(&frame).map(|lobe| match horizons(&self.technique) {
+        let lobe = case.lobe(&frame).map(|lobe| match self.horizons {
             Horizons::Both => lobe,
             Horizons::Cosine => lobe.with_one_horizon(),
         });
@@ -92,7 +94,7 @@ impl Meter for Cpu {
     }
 
     fn horizons(&self) -> Horizons {
-        horizons(&self.technique)
+        self.horizons
     }
 }
 
@@ -104,6 +106,8 @@ pub struct Gpu<'a> {
     pub backend: &'a GpuBackend,
     /// The technique.
     pub technique: Technique,
+    /// Where it clips lobes.
+    pub horizons: Horizons,
 }
 
 #[cfg(feature = "gpu")]
@@ -131,7 +135,7 @@ impl Meter for Gpu<'_> {
             samples: 1,
             tolerance: 1e-4,
             technique: self.technique,
-            horizons: horizons(&self.technique),
+            horizons: self.horizons,
         };
         let mut prepared = Prepared::new(&scene(DVec3::ZERO, Vec::new()), &settings)?;
         let emitters: Result<_, _> = stages.par_iter().map(|stage| stage.emitter(&self.technique)).collect();
@@ -145,7 +149,7 @@ impl Meter for Gpu<'_> {
     }
 
     fn horizons(&self) -> Horizons {
-        horizons(&self.technique)
+        self.horizons
     }
 
     /// Places relative to the camera, directions and the axes of the light's square in f32.
