@@ -76,13 +76,13 @@ fn id(seed: u64, index: u64) -> String {
     format!("{seed}:{index}")
 }
 
-/// One fault of each kind of place, the worst kinds of fault first.
+/// One fault of each kind of place and lobe, the worst kinds of fault first.
 fn worst(found: &Findings) -> Vec<&Fail> {
     let mut fails: Vec<_> = found.fails.iter().collect();
     fails.sort_by(|a, b| a.judged.fault.cmp(&b.judged.fault).then(b.judged.error().total_cmp(&a.judged.error())));
     let mut seen = Vec::new();
     fails.retain(|fail| {
-        let kind = (fail.judged.fault, fail.kinds.place);
+        let kind = (fail.judged.fault, fail.kinds.place, fail.kinds.lobe);
         let new = !seen.contains(&kind);
         seen.push(kind);
         new

@@ -33,7 +33,7 @@ pub fn angle_over_sine(x: f32) -> f32 {
 #[inline(always)]
 pub fn edge_integral<P: PlanePoint>(map: &CosineMap, a: P, b: P) -> f32 {
     let (pa, pb) = (map.point(a.round()), map.point(b.round()));
-    let inv = 1.0 / (pa.length_squared() * pb.length_squared()).sqrt();
+    let inv = 1.0 / (pa.length() * pb.length());
     edge_angle(edge_normal(map, (b - a).perp_dot(a), (b - a).round()), pa.dot(pb) * inv, inv)
 }
 
