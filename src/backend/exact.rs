@@ -74,7 +74,7 @@ fn integral<R: Real>(map: &ExactMap, shape: &Shape, effort: Effort) -> f64 {
         }
     }
     for (i, list) in crossings.iter_mut().enumerate() {
-        sum += closing_edges(list, (normals.len() == 2).then(|| normals[1 - i]));
+        sum += closing_edges(list, normals[i].normalize(), (normals.len() == 2).then(|| normals[1 - i]));
     }
     sum / core::f64::consts::TAU
 }
@@ -294,7 +294,7 @@ fn kronrod<R: Real>(path: &Path<R>, a: f64, b: f64) -> (f64, f64) {
 
 /// Closes the contour along a horizon: its crossings in order along the line, each interval with the winding that
 /// the crossings before it leave, kept to where the other horizon's height is positive.
-fn closing_edges(crossings: &mut [Crossing], other: Option<DVec3>) -> f64 {
+fn closing_edges(crossings: &mut [Crossing], normal: DVec3, other: Option<DVec3>) -> f64 {
     let [Some(first), Some(last)] = [crossings.first(), crossings.last()] else { return 0.0 };
     // The line's direction: from the longest difference, which needs no division.
     let from = first.point;
@@ -308,14 +308,15 @@ fn closing_edges(crossings: &mut [Crossing], other: Option<DVec3>) -> f64 {
         // A contour that came up `n` times more often than it went down so far is closed by going back.
         winding -= pair[0].direction;
         if winding != 0.0 {
-            sum += winding * clipped_chord(pair[0].point, pair[1].point, other);
+            sum += winding * clipped_chord(pair[0].point, pair[1].point, normal, other);
         }
     }
     sum
 }
 
-/// θ·(b×a)_z/|b×a| of the part of the chord a → b above the `other` horizon.
-fn clipped_chord(a: DVec3, b: DVec3, other: Option<DVec3>) -> f64 {
+/// θ·(b×a)_z/|b×a| of the part of the chord a → b above the `other` horizon. Both ends lie in the plane through the origin with the
+/// unit normal `normal`, so b×a is along it: where the chord passes near the origin its own direction would be noise.
+fn clipped_chord(a: DVec3, b: DVec3, normal: DVec3, other: Option<DVec3>) -> f64 {
     let (mut a, mut b) = (a, b);
     if let Some(other) = other {
         let (ha, hb) = (other.dot(a), other.dot(b));
@@ -326,7 +327,5 @@ fn clipped_chord(a: DVec3, b: DVec3, other: Option<DVec3>) -> f64 {
             (false, true) => a += (b - a) * (ha / (ha - hb)),
         }
     }
-    let cross = (b - a).cross(a);
-    let length = cross.length();
-    if length > 0.0 { length.atan2(a.dot(b)) * cross.z / length } else { 0.0 }
+    (b - a).cross(a).dot(normal).atan2(a.dot(b)) * normal.z
 }

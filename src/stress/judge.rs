@@ -115,7 +115,10 @@ impl Seen {
         for index in 0..27 {
             let by = |k: u32| f64::from(index / 3_i32.pow(k) % 3 - 1) * step;
             let moved = origin + steps[0] * by(0) + steps[1] * by(1) + steps[2] * by(2);
-            let map = Self { c: [x, y, moved], frame: self.frame }.map(case, horizons);
+            let mut map = Self { c: [x, y, moved], frame: self.frame }.map(case, horizons);
+            // In cosine space, which is stretched, each image is rounded once more.
+            let stretched = map.c[2].length() + half * map.c[0].length().max(map.c[1].length());
+            map.c[2] += DVec3::new(by(1), by(2), by(0)) * (4.0 * f64::EPSILON * stretched / step);
             let exact = rough_integral(&map, &case.stage.shape).max(0.0);
             (low, high) = (low.min(exact), high.max(exact));
         }
@@ -146,7 +149,7 @@ fn verdict(case: &Case, value: f64, exact: f64) -> Judged {
     let fault = match () {
         () if !value.is_finite() => Some(Fault::NotFinite),
         () if value < 0.0 => Some(Fault::Negative),
-        () if value > exact.max(1.0) + FLOOR => Some(Fault::AboveOne),
+        () if exact < 1.0 + FLOOR && value > 1.0 + FLOOR => Some(Fault::AboveOne),
         () if (value - exact).abs() > f64::from(case.tolerance) + FLOOR => Some(Fault::Beyond),
         () => None,
     };
