@@ -1,6 +1,6 @@
 //! The command line: one file per verb; the only folder that prints.
 //!
-//! Exit codes: 0 done, 2 for an error, which is one message on standard error and leaves no file behind.
+//! Exit codes: 0 done, 1 where `stress` has broken something, 2 for an error, which is one message on standard error and leaves no file behind.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
@@ -15,6 +15,7 @@ mod probe;
 mod progress;
 mod render;
 mod scene;
+mod stress;
 mod technique;
 mod values;
 
@@ -43,6 +44,8 @@ enum Verb {
     Inspect(Box<inspect::Args>),
     /// The light meter: values without a picture
     Probe(probe::Args),
+    /// Try to break a technique, and show the smallest cases that do
+    Stress(stress::Args),
     /// Fit the table of linearly transformed cosines
     Fit(fit::Args),
 }
@@ -54,6 +57,10 @@ pub fn run(cli: Cli) -> ExitCode {
         Verb::Compare(args) => compare::run(&args),
         Verb::Inspect(args) => inspect::run(&args),
         Verb::Probe(args) => probe::run(&args),
+        Verb::Stress(args) => match stress::run(&args) {
+            Ok(false) => return ExitCode::from(1),
+            done => done.map(|_| ()),
+        },
         Verb::Fit(args) => fit::run(&args),
     };
     match done {

@@ -1,5 +1,6 @@
 //! `glyphlight probe`: values as JSON lines.
 
+use super::backend::{BackendArg, Backends};
 use super::technique::TechniqueArgs;
 use super::values::positive;
 use super::{json, read, say};
@@ -11,13 +12,14 @@ use crate::brdf::ltc::Table;
 use crate::error::Error;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::tree::Budget;
-use crate::shape::{CubicBez, Shape};
+use crate::stress;
+use crate::stress::case::{Line, shape_of};
 use clap::Subcommand;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Largest coordinate, in light space and in cosine space.
+/// Largest coordinate in cosine space.
 const LARGEST: f64 = 1e30;
 
 /// Least of the largest coordinate in cosine space.
@@ -42,9 +44,17 @@ enum What {
     /// A line of CASES has `id`, `curves` (closed contours, cubics in order as [[x,y],[x,y],[x,y],[x,y]]; a new contour starts
     /// where a curve does not begin at the last end point) and `c0`, `c1`, `c2`: the images of the light's x axis, y axis and
     /// origin in cosine space. Prints {"id":…,"value":E,"visited":n}, E clipped at z = 0 only.
+    ///
+    /// Instead of the three a line may have a light in the world, as `glyphlight stress` prints it: `light` (`origin`, `x`, `y`: the
+    /// world images of the light-space origin and axes), `eye` (the camera, (0, 0, 0) if left out), `position`, `normal`, `view`,
+    /// `alpha` (without it E is the plain cosine's) and `tolerance`. E is then clipped at the surface as well, by techniques that
+    /// can, and without a weight: 1 for a light that fills the hemisphere.
     Integral {
         /// Cases, one JSON object per line
         cases: PathBuf,
+        /// Where to compute cases in the world: auto takes a hardware GPU if there is one, else the CPU
+        #[arg(long, value_enum, default_value_t = BackendArg::Cpu)]
+        backend: BackendArg,
         #[command(flatten)]
         how: How,
     },
@@ -82,7 +92,7 @@ impl How {
 
 pub fn run(args: &Args) -> Result<(), Error> {
     match &args.what {
-        What::Integral { cases, how } => integrals(cases, how),
+        What::Integral { cases, backend, how } => integrals(cases, *backend, how),
         What::Scene { scene, points, how } => scene_points(scene, points, how),
     }
 }
@@ -104,6 +114,22 @@ fn lines<T: for<'a> Deserialize<'a>>(
     Ok(())
 }
 
+/// A line of CASES: one in cosine space, or one in the world.
+enum Asked {
+    World(Line),
+    Cosine(Case),
+}
+
+/// Which of the two a line is meant to be, so that what is wrong with it is said of that one.
+fn asked(line: serde_json::Value) -> Result<Asked, String> {
+    let of = |e: serde_json::Error| e.to_string();
+    if line.get("light").is_some() {
+        serde_json::from_value(line).map(Asked::World).map_err(of)
+    } else {
+        serde_json::from_value(line).map(Asked::Cosine).map_err(of)
+    }
+}
+
 #[derive(Deserialize)]
 struct Case {
     id: serde_json::Value,
@@ -117,20 +143,36 @@ struct Case {
 struct Value {
     id: serde_json::Value,
     value: f64,
-    visited: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    visited: Option<u32>,
 }
 
-fn integrals(path: &Path, how: &How) -> Result<(), Error> {
-    let (technique, _) = how.technique.resolve()?;
+fn integrals(path: &Path, backend: BackendArg, how: &How) -> Result<(), Error> {
+    let (technique, horizons) = how.technique.resolve()?;
     let tolerance = how.tolerance()?;
-    lines(path, |case: Case| {
-        let shape = contours(&case.curves)?;
-        let images = Images::in_cosine_space(cosine_space(&case)?);
-        let emitter = Emitter::of_shape(shape, &technique).map_err(|e| format!("`curves`: {e}"))?;
-        let integral = images.integral(&emitter, None, tolerance, &mut Budget::default());
-        let (value, visited) = integral.map_or((0.0, 0), |i| (i.value.x, i.visited));
-        json(&Value { id: case.id, value, visited }).map_err(|e| e.to_string())
+    let backends = Backends::new(backend);
+    lines(path, |line| {
+        let value = match asked(line)? {
+            Asked::Cosine(case) => in_cosine_space(case, &technique, tolerance)?,
+            Asked::World(line) => {
+                let case = stress::case::Case::of_line(&line, tolerance)?;
+                let meter = backends.meter(technique, horizons).map_err(|e| e.to_string())?;
+                let values = meter.read(&[vec![case]]).map_err(|e| e.to_string())?;
+                let value = values.first().and_then(|block| block.first()).copied().unwrap_or_default();
+                Value { id: line.id, value, visited: None }
+            }
+        };
+        json(&value).map_err(|e| e.to_string())
     })
+}
+
+fn in_cosine_space(case: Case, technique: &Technique, tolerance: f32) -> Result<Value, String> {
+    let shape = shape_of(&case.curves)?;
+    let images = Images::in_cosine_space(cosine_space(&case)?);
+    let emitter = Emitter::of_shape(shape, technique).map_err(|e| format!("`curves`: {e}"))?;
+    let integral = images.integral(&emitter, None, tolerance, &mut Budget::default());
+    let (value, visited) = integral.map_or((0.0, 0), |i| (i.value.x, i.visited));
+    Ok(Value { id: case.id, value, visited: Some(visited) })
 }
 
 /// The map to cosine space. Only its direction counts, but its products must not leave the range of f64.
@@ -141,28 +183,6 @@ fn cosine_space(case: &Case) -> Result<[DVec3; 3], String> {
         return Ok(c);
     }
     Err(format!("the largest of `c0`, `c1`, `c2` is {largest:e}; it must be {SMALLEST:e} to {LARGEST:e}"))
-}
-
-/// Splits a list of curves where one does not begin at the last end point.
-fn contours(curves: &[[[f64; 2]; 4]]) -> Result<Shape, String> {
-    let mut contours: Vec<Vec<CubicBez>> = Vec::new();
-    let mut end = None;
-    for points in curves {
-        if let Some(point) = points.iter().find(|p| p.iter().any(|v| v.abs() > LARGEST)) {
-            return Err(format!("`curves`: control point {point:?} is beyond ±{LARGEST:e}"));
-        }
-        let [p0, p1, p2, p3] = points.map(DVec2::from_array);
-        let curve = CubicBez::new(p0, p1, p2, p3);
-        match contours.last_mut() {
-            Some(contour) if end == Some(p0) => contour.push(curve),
-            _ => contours.push(vec![curve]),
-        }
-        end = Some(p3);
-    }
-    if contours.is_empty() {
-        return Err("`curves` is empty".into());
-    }
-    Shape::from_contours(contours).map_err(|e| format!("`curves`: {e}"))
 }
 
 #[derive(Deserialize)]
