@@ -5,6 +5,8 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// How far outside the tree's square \[−1, 1\]² the origin of the map may lie.
 pub const FOOT_LIMIT: f64 = 1.5;
+/// Least distance from the light's plane over its half-width, in cosine space: 1/|p|⁴ must stay within f32.
+const TOUCHING: f64 = 1e-9;
 /// Distance from the light's plane over its half-width, in cosine space, below which coordinates need their low
 /// parts: rounding by 2⁻²⁵ turns an edge by 2⁻²⁵/CLOSE of a radian.
 const CLOSE: f32 = 1.0 / 256.0;
@@ -113,7 +115,8 @@ impl CosineMap {
     ///
     /// Formed in f64 and rounded once: where an edge runs through a narrow lobe's axis, a map formed in f32
     /// moves the integral by up to 1e-3. `None` where the point lies in the light's plane (D = 0; the sign is
-    /// exact, by adaptive arithmetic), or where an image is not finite or the plane is seen as a line.
+    /// exact, by adaptive arithmetic), or where an image is not finite or the plane is seen as a line. A point nearer to the
+    /// plane than 1e-9 of the light's half-width is taken for one that far from it.
     pub fn new(c: [DVec3; 3], center: DVec2, half: f64) -> Option<Self> {
         let largest = (c[0].abs().max(c[1].abs()) * half).max(c[2].abs()).max_element();
         if !(largest.is_finite() && largest > f64::MIN_POSITIVE) {
@@ -134,7 +137,12 @@ impl CosineMap {
             return None;
         }
         let at = center + foot.as_dvec2() * half;
-        let c2 = origin + x * at.x + y * at.y;
+        let (mut c2, mut depth) = (origin + x * at.x + y * at.y, depth);
+        let least = (TOUCHING * g00.max(g11).sqrt() * normal.length()).copysign(depth);
+        if depth.abs() < least.abs() {
+            c2 -= normal * ((least - depth) / normal.length_squared());
+            depth = least;
+        }
         Some(Self {
             foot,
             c0: c0.as_vec3(),

@@ -6,7 +6,7 @@ use glam::DVec2;
 use glyphlight::outline::{FillRule, bez_path, overlap};
 use glyphlight::shape::Shape;
 use glyphlight_fuzz::{abort_on_our_panics, beside, check_shape, strewn};
-use kurbo::{BezPath, Point, Shape as _};
+use kurbo::{BezPath, PathEl, Point};
 use libfuzzer_sys::fuzz_target;
 
 /// Most path elements: the time that it takes is another target's matter.
@@ -32,15 +32,14 @@ impl Reader<'_> {
         Some(Point::new(self.coordinate(fine)?, self.coordinate(fine)?))
     }
 
-    /// A path up to a byte that ends it, scaled by a power of ten.
-    fn path(&mut self) -> BezPath {
+    /// A path up to a byte that ends it, and the power of ten by which it is to be scaled.
+    fn path(&mut self) -> (BezPath, f64) {
         let mut path = BezPath::new();
         let exponent = self.byte().map_or(0, |b| b as i8).clamp(-30, 30);
-        let more = self.elements(&mut path);
-        if more.is_none() {
+        if self.elements(&mut path).is_none() {
             self.0 = &[];
         }
-        kurbo::Affine::scale(10_f64.powi(exponent.into())) * path
+        (path, 10_f64.powi(exponent.into()))
     }
 
     fn elements(&mut self, path: &mut BezPath) -> Option<()> {
@@ -48,7 +47,7 @@ impl Reader<'_> {
             let code = self.byte()?;
             let fine = code & 8 != 0;
             // What follows a closed subpath starts another.
-            let draws = path.elements().last().is_some_and(|e| *e != kurbo::PathEl::ClosePath);
+            let draws = path.elements().last().is_some_and(|e| *e != PathEl::ClosePath);
             match code % 8 {
                 1..=2 if draws => path.line_to(self.point(fine)?),
                 3 if draws => path.quad_to(self.point(fine)?, self.point(fine)?),
@@ -62,30 +61,47 @@ impl Reader<'_> {
     }
 }
 
-/// The path with all its subpaths closed.
-fn closed(path: &BezPath) -> BezPath {
-    let mut closed = BezPath::new();
-    for element in path.elements() {
-        if matches!(element, kurbo::PathEl::MoveTo(_)) && !closed.elements().is_empty() {
-            closed.close_path();
+/// The path as edges of polygons within 1e-4, its subpaths closed.
+fn edges(path: &BezPath) -> Vec<[Point; 2]> {
+    let mut edges = Vec::new();
+    let [mut start, mut at] = [Point::ZERO; 2];
+    kurbo::flatten(path, 1e-4, |element| match element {
+        PathEl::LineTo(p) => {
+            edges.push([at, p]);
+            at = p;
         }
-        closed.push(*element);
-    }
-    if !closed.elements().is_empty() {
-        closed.close_path();
-    }
-    closed
+        PathEl::MoveTo(p) => {
+            edges.push([at, start]);
+            [start, at] = [p, p];
+        }
+        _ => {
+            edges.push([at, start]);
+            at = start;
+        }
+    });
+    edges.push([at, start]);
+    edges
 }
 
-/// The result is inside where kurbo says that the path is.
-fn check_inside(path: &BezPath, rule: FillRule, shape: &Shape) {
-    let path = closed(path);
+/// How often the polygons wind round `p`.
+fn winding(edges: &[[Point; 2]], p: Point) -> i32 {
+    let crossing = |[a, b]: &[Point; 2]| match (a.y <= p.y, b.y <= p.y) {
+        (true, false) if (*b - *a).cross(p - *a) > 0.0 => 1,
+        (false, true) if (*b - *a).cross(p - *a) < 0.0 => -1,
+        _ => 0,
+    };
+    edges.iter().map(crossing).sum()
+}
+
+/// The result is inside where the path's polygons are, which are made before it is scaled.
+fn check_inside(path: &BezPath, scale: f64, rule: FillRule, shape: &Shape) {
+    let edges = edges(path);
     let bounds = path.control_box();
     let (min, max) = (DVec2::new(bounds.x0, bounds.y0), DVec2::new(bounds.x1, bounds.y1));
     let extent = (max - min).max_element();
     for p in strewn(min, max, 24) {
-        let wrong = |p: DVec2| (shape.winding(p) == 1) != rule.is_inside(path.winding(Point::new(p.x, p.y)));
-        assert!(!beside(p, extent).into_iter().all(wrong), "{rule:?} is wrong at {p}");
+        let wrong = |p: DVec2| (shape.winding(p * scale) == 1) != rule.is_inside(winding(&edges, Point::new(p.x, p.y)));
+        assert!(!beside(p, extent).into_iter().all(wrong), "{rule:?} is wrong at {p} of {scale} × {}", path.to_svg());
     }
 }
 
@@ -93,11 +109,12 @@ fuzz_target!(init: abort_on_our_panics(), |data: &[u8]| {
     let mut reader = Reader(data);
     let paths = [reader.path(), reader.path()];
     let mut regions = Vec::new();
-    for path in &paths {
+    for (path, scale) in &paths {
+        let scaled = kurbo::Affine::scale(*scale) * path.clone();
         for rule in [FillRule::NonZero, FillRule::EvenOdd] {
-            let Ok(shape) = overlap::resolve(path, rule) else { continue };
+            let Ok(shape) = overlap::resolve(&scaled, rule) else { continue };
             check_shape(&shape);
-            check_inside(path, rule, &shape);
+            check_inside(path, *scale, rule, &shape);
             regions.push(shape);
         }
     }

@@ -21,7 +21,8 @@ pub fn abort_on_our_panics() {
     assert!(path::shape("M0 0H1V1Z", FillRule::NonZero).is_ok());
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
-        let ours = info.location().is_some_and(|l| !l.file().contains("/registry/") && !l.file().starts_with("/rustc/"));
+        let ours =
+            info.location().is_some_and(|l| !l.file().contains("/registry/") && !l.file().starts_with("/rustc/"));
         if ours {
             eprintln!("panic of our own: {info}\n{}", std::backtrace::Backtrace::force_capture());
             std::process::abort();
