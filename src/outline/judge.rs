@@ -12,7 +12,9 @@ pub(super) struct Disagreement {
 
 /// Most horizontals along which a result is judged.
 const MAX_LINES: usize = 256;
-/// The places on each curve through which they go. Not the middle, where symmetric art has its vertices; and near the ends,
+/// Horizontals for a result of fewer curves, each of which has several then; otherwise there is one a curve.
+const FEW_LINES: usize = 64;
+/// The places on a curve through which they go. Not the middle, where symmetric art has its vertices; and near the ends,
 /// where curves that leave a point side by side may cross unnoticed.
 const PLACES: [f64; 4] = [0.062, 0.287, 0.586_1, 0.913];
 
@@ -37,7 +39,7 @@ pub(super) fn judge(
     heights.sort_by(f64::total_cmp);
     let bounds = Bounds::of(input().flat_map(CubicBez::points));
     let extent = bounds.size().max_element();
-    let lines = heights.len().min(MAX_LINES);
+    let lines = heights.len().min((heights.len() / PLACES.len()).clamp(FEW_LINES, MAX_LINES));
     for k in 0..lines {
         let y = heights[k * heights.len() / lines];
         let mut worst = None;
