@@ -21,6 +21,7 @@ mod values;
 
 use crate::error::Error;
 use clap::{Parser, Subcommand};
+pub use probe::Case;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::Path;

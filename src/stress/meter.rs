@@ -136,6 +136,7 @@ impl Meter for Gpu<'_> {
             tolerance: 1e-4,
             technique: self.technique,
             horizons: self.horizons,
+            ..Settings::default()
         };
         let mut prepared = Prepared::new(&scene(DVec3::ZERO, Vec::new()), &settings)?;
         let emitters: Result<_, _> = stages.par_iter().map(|stage| stage.emitter(&self.technique)).collect();

@@ -12,6 +12,7 @@ mod compare;
 mod edges;
 mod film;
 mod fonts;
+mod fuzz_finds;
 mod kernel;
 mod mask;
 mod mesh;
