@@ -2,6 +2,7 @@
 
 mod measure;
 mod plan;
+mod waiting;
 
 use super::machine::{machine, now, simd};
 use super::{json, read, say, warn};

@@ -196,7 +196,7 @@ fn flower() -> String {
         let _ = writeln!(
             text,
             "<path transform=\"rotate({angle:.3}) translate({radius:.3})\" fill=\"{color}\" \
-             d=\"M-14 0C-8 -16 6 -15 15 0C6 15 -8 16 -14 0Z\"/>"
+             d=\"M-14 0C-14 -7 -8 -10 0 -10C8 -10 12 -5 15 0C12 5 8 10 0 10C-8 10 -14 7 -14 0Z\"/>"
         );
     }
     text.push_str("</svg>\n");
