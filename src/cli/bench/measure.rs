@@ -21,7 +21,7 @@ use std::time::Instant;
 
 /// A row whose first run, preparation included, takes longer is not run again, seconds.
 const SLOW: f64 = 2.0;
-/// A run shorter than this is repeated where it had to wait for the processor, seconds,
+/// A rendering shorter than this is repeated where it had to wait for the processor, seconds,
 const SHORT: f64 = 0.02;
 /// … so many times at most.
 const RETRIES: usize = 4;
@@ -89,7 +89,7 @@ impl Bencher {
         windows(self.side).map(|camera| Scene { camera, ..all.clone() }).into()
     }
 
-    /// A rendering, and the part of its time that it ran: of several threads and of the GPU's driver it isn't known.
+    /// A rendering, and the part of its shading that it ran and did not wait for the processor.
     fn render(&self, on: On, scene: &Scene, settings: &Settings) -> Result<(Rendering, f64), BackendError> {
         if on == On::Gpu {
             return Ok((self.gpu.of(&settings.technique)?.render(scene, settings)?, 1.0));
@@ -97,22 +97,23 @@ impl Bencher {
         if self.pool.current_num_threads() > 1 {
             return Ok((self.pool.install(|| CpuBackend.render(scene, settings))?, 1.0));
         }
-        let once = || {
+        for _ in 0..RETRIES {
             let since = Instant::now();
             let (rendering, waited) = self.pool.install(|| timed(|| CpuBackend.render(scene, settings)));
-            let seconds = since.elapsed().as_secs_f64();
-            Ok::<_, BackendError>((rendering?, seconds, waited))
-        };
-        let mut run = once()?;
-        // A short run that had to wait says little: not which of its stages did.
-        for _ in 0..RETRIES {
-            if run.2 <= 0.0 || run.1 > SHORT {
-                break;
+            let (rendering, seconds) = (rendering?, since.elapsed().as_secs_f64());
+            if waited <= 0.0 {
+                return Ok((rendering, 1.0));
             }
-            run = once()?;
+            let (shading, _) = times(&rendering.stats);
+            if shading > 0.5 * seconds && seconds > SHORT {
+                return Ok((rendering, (1.0 - waited / seconds).max(0.0)));
+            }
+            // Which of its stages waited isn't known.
+            if seconds > SHORT {
+                return Ok((rendering, 1.0));
+            }
         }
-        let (rendering, seconds, waited) = run;
-        Ok((rendering, (1.0 - waited / seconds).max(0.0)))
+        Ok((self.pool.install(|| CpuBackend.render(scene, settings))?, 1.0))
     }
 
     fn all_windows(
@@ -127,7 +128,7 @@ impl Bencher {
             let (Rendering { film, stats, .. }, ran) = render(scene)?;
             let (seconds, before) = times(&stats);
             shading += seconds * ran;
-            preparing += before * ran;
+            preparing += before;
             shaded += stats.shaded;
             nodes += stats.nodes;
             reflected.extend(film.reflected());
