@@ -38,7 +38,7 @@ pub struct Args {
     /// A few lights, floors and knobs, small windows, few runs: ten seconds
     #[arg(long)]
     quick: bool,
-    /// Pixels along the side of a window; there are four, as fine as pixels of a picture 1024 high [default: 64; quick: 16]
+    /// Pixels along the side of a window; there are four, as fine as pixels of a picture 1024 high [default: 32; quick: 16]
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..=i64::from(PICTURE / 4)))]
     size: Option<u32>,
     /// Timed rounds after the first, which warms up. What takes more than two seconds is run once [default: 7; quick: 5]
@@ -125,7 +125,7 @@ fn measured(args: &Args, baseline: Option<&Benchmark>) -> Result<Benchmark, Erro
     let (side, repeats) = match baseline {
         Some(baseline) => (baseline.settings.side, args.repeats.unwrap_or(baseline.settings.repeats)),
         None if args.quick => (args.size.unwrap_or(16), args.repeats.unwrap_or(5)),
-        None => (args.size.unwrap_or(64), args.repeats.unwrap_or(7)),
+        None => (args.size.unwrap_or(32), args.repeats.unwrap_or(7)),
     };
     let date = now();
     let spp = args.reference.then(|| args.spp.unwrap_or(1024));

@@ -125,7 +125,8 @@ fn panels<'b>(rows: &[&'b BenchRow]) -> Vec<Panel<'b>> {
         });
         let panel = &mut panels[at].1;
         panel.rectangle = panel.rectangle.or(row.rectangles.map(|r| row.nanoseconds / r.value));
-        let point = (row.nanoseconds, row.errors.rmse.max(LEAST_ERROR), row.knob.as_deref().unwrap_or_default());
+        let own = if row.technique == "kuge" { "paper" } else { "" };
+        let point = (row.nanoseconds, row.errors.rmse.max(LEAST_ERROR), row.knob.as_deref().unwrap_or(own));
         match panel.series.iter_mut().find(|s| s.technique == row.technique) {
             Some(series) => series.points.push(point),
             None => panel.series.push(Series { technique: &row.technique, points: vec![point] }),
@@ -195,19 +196,76 @@ fn draw_panel(panel: &Panel<'_>, cell: &Area<'_>, x: &Range<f64>, y: &Range<f64>
         let line = DashedLineSeries::new([(time, y.start), (time, y.end)], 4, 4, BLACK.mix(0.6).stroke_width(1));
         chart.draw_series(line).map_err(text)?;
     }
+    let mut labels = Labels::default();
+    let mut waiting = Vec::new();
     for series in &panel.series {
         let (color, marker) = style(series.technique);
         let line = LineSeries::new(series.points.iter().map(|p| (p.0, p.1)), color.stroke_width(2));
         chart.draw_series(line).map_err(text)?;
-        for &(time, error, knob) in &series.points {
-            let at = chart.backend_coord(&(time, error));
-            mark(cell, at, marker, color)?;
-            let beside = font(9.5, &color).pos(Pos::new(HPos::Left, VPos::Bottom));
-            let (left, top) = cell.get_base_pixel();
-            words(cell, knob, (at.0 - left + 6, at.1 - top - 3), &beside)?;
+        let places = series.points.iter().map(|p| (chart.backend_coord(&(p.0, p.1)), p.2));
+        let places: Vec<_> = places.collect();
+        places.iter().try_for_each(|(at, _)| mark(cell, *at, marker, color))?;
+        labels.taken.extend(places.iter().map(|&((x, y), _)| [x - 5, y - 5, x + 5, y + 5]));
+        waiting.extend(together(&places).into_iter().map(|(at, knob)| (at, knob, color)));
+    }
+    waiting.into_iter().try_for_each(|(at, knob, color)| labels.write(cell, at, &knob, color))
+}
+
+/// Knobs of points that lie on each other as one label: that of the first and that of the last, at the last.
+fn together(places: &[((i32, i32), &str)]) -> Vec<((i32, i32), String)> {
+    /// Pixels between points that can have a label each.
+    const APART: i32 = 12;
+    let mut groups: Vec<((i32, i32), Vec<&str>)> = Vec::new();
+    for &(at, knob) in places {
+        match groups.last_mut() {
+            Some((last, knobs)) if (at.0 - last.0).abs() < APART && (at.1 - last.1).abs() < APART => {
+                *last = at;
+                knobs.push(knob);
+            }
+            _ => groups.push((at, vec![knob])),
         }
     }
-    Ok(())
+    let label = |knobs: Vec<&str>| match (knobs.first(), knobs.last()) {
+        (Some(first), Some(last)) if knobs.len() > 1 => format!("{first}–{last}"),
+        (Some(only), _) => (*only).to_owned(),
+        _ => String::new(),
+    };
+    groups.into_iter().map(|(at, knobs)| (at, label(knobs))).collect()
+}
+
+/// Labels that keep out of each other's way.
+#[derive(Default)]
+struct Labels {
+    /// Left, top, right, bottom, pixels of the figure.
+    taken: Vec<[i32; 4]>,
+}
+
+impl Labels {
+    /// Writes a label beside a point, on the first of its sides that is free; where none is, it is left out.
+    fn write(&mut self, cell: &Area<'_>, (x, y): (i32, i32), text: &str, color: RGBColor) -> Result<(), String> {
+        /// Size of a letter, and distance from the point.
+        const LETTER: [i32; 2] = [6, 10];
+        const GAP: i32 = 6;
+        if text.is_empty() {
+            return Ok(());
+        }
+        let width = LETTER[0] * text.chars().count() as i32;
+        for (side, up) in [(1, 1), (1, -1), (-1, 1), (-1, -1)] {
+            let left = if side > 0 { x + GAP } else { x - GAP - width };
+            let bottom = if up > 0 { y - 2 } else { y + 3 + LETTER[1] };
+            let place = [left, bottom - LETTER[1], left + width, bottom];
+            let apart = |other: &[i32; 4]| {
+                place[2] <= other[0] || other[2] <= place[0] || place[3] <= other[1] || other[3] <= place[1]
+            };
+            if self.taken.iter().all(apart) {
+                self.taken.push(place);
+                let (x0, y0) = cell.get_base_pixel();
+                let style = font(9.5, &color).pos(Pos::new(HPos::Left, VPos::Bottom));
+                return words(cell, text, (left - x0, bottom - y0), &style);
+            }
+        }
+        Ok(())
+    }
 }
 
 /// What colours, markers and the dashed line mean.
@@ -222,7 +280,7 @@ fn legend(panels: &[Panel<'_>], cell: &Area<'_>) -> Result<(), String> {
         mark(cell, (left + 78, top + y), *marker, *color)?;
         let knob = match *name {
             "tree" => ": tolerance, W/(sr·m²)",
-            "kuge" => ": eps (no number: the paper's)",
+            "kuge" => ": eps (paper: the paper's own)",
             "uniform" => ": edges per curve",
             "quad" => ": texels of the mask",
             "reference" => ": Monte Carlo, samples",

@@ -28,7 +28,7 @@ pub const UNIFORM_UNIT: Technique = Technique::Uniform { segments: 30 };
 /// The knobs that are measured unless told otherwise, by technique.
 const KNOBS: [(&str, &[&str]); 7] = [
     ("tree", &["1e-2", "1e-3", "1e-4", "1e-5"]),
-    ("kuge", &["", "1e-2", "1e-3", "1e-4", "1e-5"]),
+    ("kuge", &["", "1e-3", "1e-5", "1e-7"]),
     ("uniform", &["3", "6", "18", "30"]),
     ("quad", &["64", "256", "1024"]),
     ("pal", &[""]),
