@@ -193,8 +193,8 @@ impl Bencher {
             }
         }
         let unit = |technique| {
-            let (width, height, samples, tolerance) = (self.side, self.side, 1, UNIT_TOLERANCE);
-            Settings { width, height, samples, tolerance, technique, horizons: Horizons::Both }
+            let (width, height) = (self.side, self.side);
+            Settings { width, height, samples: 1, tolerance: UNIT_TOLERANCE, technique, ..Settings::default() }
         };
         for on in backends.iter().copied() {
             runners.push(self.start(on, None, unit(Technique::Tree), &flat)?);

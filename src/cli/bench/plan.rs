@@ -1,7 +1,7 @@
 //! What is measured: lights × floors × backends × techniques × values of their knobs.
 
 use crate::backend::technique::{ReferenceLobe, Sampling};
-use crate::backend::{Horizons, Settings, Technique};
+use crate::backend::{Settings, Technique};
 use crate::cli::values::positive;
 use crate::report::bench::BenchRow;
 use crate::scene::trial::{FINISHES, Finish, Trial};
@@ -78,7 +78,7 @@ impl Point {
             samples: 1,
             tolerance: self.tolerance,
             technique: self.technique,
-            horizons: Horizons::Both,
+            ..Settings::default()
         }
     }
 
