@@ -2,17 +2,19 @@
 
 mod measure;
 mod plan;
+mod skips;
 mod waiting;
 
 use super::machine::{machine, now, simd};
 use super::{json, read, say, warn};
 use crate::backend::technique::MAX_SPP;
 use crate::error::Error;
-use crate::report::LeftOut;
 use crate::report::bench::{BenchMachine, BenchRow, BenchSettings, Benchmark, Build, FORMAT, Ratio};
 use crate::report::check::{Checked, Measure, check, rule};
 use crate::report::folder::{BENCHMARK, NewFolder};
 use crate::report::plot::plots;
+use crate::report::skips::{SkipReport, SkipRow};
+use crate::report::{LeftOut, Machine};
 use crate::scene::trial::{Finish, PICTURE, Trial, WINDOWS};
 use comfy_table::{Cell, CellAlignment, Table};
 use measure::Bencher;
@@ -71,6 +73,10 @@ pub struct Args {
         conflicts_with_all = ["technique", "shape", "alpha", "backend", "repeats", "threads", "reference", "output"]
     )]
     with: Option<PathBuf>,
+    /// Measure what is left out where a scene doesn't need it instead: the same picture with each skip on and off, 256 pixels a
+    /// side unless --size says otherwise. Exit with 1 if a picture changes by more than the tolerance, or nothing is left out
+    #[arg(long, conflicts_with_all = ["technique", "shape", "alpha", "quick", "reference", "check", "output"])]
+    skips: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -84,6 +90,9 @@ const MAX_BYTES: u64 = 64 << 20;
 /// # Errors
 /// Nothing to measure, a baseline that is none, a folder that cannot be written, a yardstick that fails.
 pub fn run(args: &Args) -> Result<bool, Error> {
+    if args.skips {
+        return compare_skips(args);
+    }
     let baseline = args.check.as_deref().map(open).transpose()?;
     let run = match &args.with {
         Some(path) => open(path)?,
@@ -99,6 +108,36 @@ pub fn run(args: &Args) -> Result<bool, Error> {
     }
     say(if args.json { json(&checked)? } else { verdict(&checked) })?;
     Ok(checked.worse.is_empty())
+}
+
+/// `--skips`.
+fn compare_skips(args: &Args) -> Result<bool, Error> {
+    let (side, repeats) = (args.size.unwrap_or(256), args.repeats.unwrap_or(7));
+    let date = now();
+    let bencher = Bencher::new(side, repeats, args.threads.into(), None)?;
+    let mut backends = if args.backend.is_empty() { vec![On::Cpu, On::Gpu] } else { args.backend.clone() };
+    if backends.contains(&On::Gpu)
+        && let Err(error) = bencher.gpu()
+    {
+        if !args.backend.is_empty() {
+            return Err(error.into());
+        }
+        warn([format!("left out: all on the GPU: {error}")]);
+        backends.retain(|on| *on == On::Cpu);
+    }
+    let rows = skips::measure(&bencher, &backends, side, repeats)?;
+    let adapter = rows.iter().find(|r| r.backend == "gpu").map(|r| r.device.clone());
+    let holds = rows.iter().all(SkipRow::holds);
+    let program = concat!("glyphlight ", env!("CARGO_PKG_VERSION")).into();
+    let report = SkipReport { format: 1, program, date, machine: here(args, adapter), side, repeats, rows };
+    say(if args.json { json(&report)? } else { skip_table(&report.rows) })?;
+    Ok(holds)
+}
+
+/// The computer and what of it is used.
+fn here(args: &Args, adapter: Option<String>) -> BenchMachine {
+    let Machine { processor, system, .. } = machine();
+    BenchMachine { processor, simd: simd().into(), threads: args.threads.into(), system, adapter }
 }
 
 fn open(path: &Path) -> Result<Benchmark, Error> {
@@ -153,7 +192,6 @@ fn measured(args: &Args, baseline: Option<&Benchmark>) -> Result<Benchmark, Erro
     if rows.is_empty() {
         return Err(Error::Usage("nothing to measure: no light, floor, technique and backend is left".into()));
     }
-    let here = machine();
     let bench = Benchmark {
         format: FORMAT,
         program: concat!("glyphlight ", env!("CARGO_PKG_VERSION")).into(),
@@ -163,13 +201,7 @@ fn measured(args: &Args, baseline: Option<&Benchmark>) -> Result<Benchmark, Erro
             profile: if cfg!(debug_assertions) { "debug" } else { "release" }.into(),
             revision: option_env!("GLYPHLIGHT_REVISION").map(Into::into),
         },
-        machine: BenchMachine {
-            processor: here.processor,
-            simd: simd().into(),
-            threads: args.threads.into(),
-            system: here.system,
-            adapter,
-        },
+        machine: here(args, adapter),
         settings: BenchSettings { side, windows: WINDOWS, repeats, reference_spp: spp },
         rows,
         left_out,
@@ -235,6 +267,42 @@ fn table(rows: &[BenchRow]) -> String {
             cells.push(right(row.total.map_or_else(|| "–".into(), |t| format!("{:.2e}", t.rmse))));
         }
         out.add_row(cells);
+    }
+    out.to_string()
+}
+
+/// Skips for the terminal.
+fn skip_table(rows: &[SkipRow]) -> String {
+    let mut out = Table::new();
+    out.load_style(comfy_table::presets::NOTHING);
+    out.set_header([
+        "skip",
+        "on",
+        "skipped",
+        "of what",
+        "difference",
+        "ns/pixel",
+        "without",
+        "saves",
+        "±",
+        "the picture is",
+    ]);
+    for row in rows {
+        let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
+        let percent = |part: Option<f64>| right(part.map_or_else(|| "–".into(), |p| format!("{:.1} %", 100.0 * p)));
+        let same = if row.max_difference <= row.tolerance { "the same" } else { "NOT the same" };
+        out.add_row([
+            Cell::new(&row.skip),
+            Cell::new(&row.backend),
+            right(row.count.to_string()),
+            Cell::new(&row.counted),
+            right(format!("{:.1e}", row.max_difference)),
+            right(format!("{:.0}", row.nanoseconds)),
+            right(format!("{:.0}", row.nanoseconds_off)),
+            percent(row.saved.map(|r| 1.0 - 1.0 / r.value)),
+            percent(row.saved.and_then(|r| Some(r.spread? / (r.value * r.value)))),
+            Cell::new(format!("{same}: {}", row.scene)),
+        ]);
     }
     out.to_string()
 }

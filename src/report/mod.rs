@@ -30,6 +30,7 @@ pub mod folder;
 pub mod page;
 pub mod plot;
 pub mod scale;
+pub mod skips;
 pub mod statistics;
 pub mod table;
 

@@ -84,13 +84,18 @@ impl Bencher {
         self.gpu.of(&Technique::Tree).map(|_| ())
     }
 
+    /// Shows what goes on.
+    pub fn say(&self, what: impl std::fmt::Display) {
+        self.line.say(what);
+    }
+
     fn scenes(&self, layers: &[Layer], finish: Finish) -> Vec<Scene> {
         let all = scene(layers.to_vec(), finish);
         windows(self.side).map(|camera| Scene { camera, ..all.clone() }).into()
     }
 
     /// A rendering, and the part of its shading that it ran and did not wait for the processor.
-    fn render(&self, on: On, scene: &Scene, settings: &Settings) -> Result<(Rendering, f64), BackendError> {
+    pub fn render(&self, on: On, scene: &Scene, settings: &Settings) -> Result<(Rendering, f64), BackendError> {
         if on == On::Gpu {
             return Ok((self.gpu.of(&settings.technique)?.render(scene, settings)?, 1.0));
         }
