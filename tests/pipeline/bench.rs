@@ -8,6 +8,7 @@ use glyphlight::report::LeftOut;
 use glyphlight::report::bench::{BenchMachine, BenchRow, BenchSettings, Benchmark, Build, FORMAT, Ratio};
 use glyphlight::report::check::{ERROR_FLOOR, Measure, check};
 use glyphlight::report::plot::plots;
+use glyphlight::report::skips::SkipRow;
 use glyphlight::scene::Scene;
 use glyphlight::scene::trial::{FINISHES, PETALS, PICTURE, Trial, scene, windows};
 use serde_json::Value;
@@ -349,6 +350,7 @@ fn misuse_is_an_error_and_leaves_nothing() {
         (&["--with", "bench.json"], "--check"),
         (&["--check", "bench.json", "--quick"], "--quick"),
         (&["--spp", "16"], "--reference"),
+        (&["--skips", "--quick"], "--quick"),
         (&["--check", "none.json"], "none.json"),
         (&["--check", "table.json"], "table.json: not a benchmark: missing field"),
         (&["--check", "odd.json"], "`circle` is none of rectangle"),
@@ -362,6 +364,40 @@ fn misuse_is_an_error_and_leaves_nothing() {
         assert!(stderr.contains(message), "{args:?}: {stderr}");
         assert_eq!(here.files(), before, "{args:?} leaves something behind");
     }
+}
+
+#[test]
+fn skips_leave_the_picture_as_it_is() {
+    let here = Workdir::new();
+    let (code, stdout, stderr) =
+        bench(&here, &["--skips", "--size", "48", "--repeats", "1", "--backend", "cpu", "--json"]);
+    assert_eq!((code, stderr.as_str()), (Some(0), ""), "{stdout}");
+    let report: Value = serde_json::from_str(&stdout).unwrap();
+    let rows = report["rows"].as_array().unwrap();
+    let names: Vec<_> = rows.iter().map(|r| r["skip"].as_str().unwrap()).collect();
+    assert_eq!(names, ["lobes", "textures", "horizons", "behind", "below-horizon", "under-tolerance"]);
+    for row in rows {
+        assert!(row["count"].as_u64().unwrap() > 0, "{row}");
+        assert!(row["max_difference"].as_f64().unwrap() <= row["tolerance"].as_f64().unwrap(), "{row}");
+        assert!(row["nanoseconds"].as_f64().unwrap() > 0.0 && row["nanoseconds_off"].as_f64().unwrap() > 0.0, "{row}");
+    }
+    // A skip that leaves nothing out, or changes the picture, does not hold.
+    let row = SkipRow {
+        skip: "lobes".into(),
+        scene: "a floor".into(),
+        backend: "cpu".into(),
+        device: "1 threads".into(),
+        counted: "integrals".into(),
+        count: 1,
+        max_difference: 9e-4,
+        tolerance: 1e-3,
+        nanoseconds: 1.0,
+        nanoseconds_off: 2.0,
+        saved: None,
+    };
+    assert!(row.holds());
+    assert!(!SkipRow { count: 0, ..row.clone() }.holds());
+    assert!(!SkipRow { max_difference: 1.1e-3, ..row }.holds());
 }
 
 /// The baseline in the repository is one that this program can run and that its errors hold.

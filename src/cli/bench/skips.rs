@@ -6,6 +6,7 @@ use crate::backend::skips::{SkipName, Skips};
 use crate::backend::{LightStats, Rendering, Settings, Stats};
 use crate::cli::stages::times;
 use crate::error::Error;
+use crate::light::{AreaLight, Placement};
 use crate::metrics::figures;
 use crate::report::bench::Ratio;
 use crate::report::skips::SkipRow;
@@ -13,7 +14,7 @@ use crate::report::statistics::median;
 use crate::scene::Scene;
 use crate::scene::surface::plane;
 use crate::scene::trial::{Finish, Trial, scene};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Tolerance of the pictures, W·sr⁻¹·m⁻².
 const TOLERANCE: f32 = 1e-3;
@@ -61,35 +62,48 @@ const CASES: [Case; 6] = [
     },
     Case {
         skip: "behind",
-        about: "a floor that is mostly behind a line of text",
-        trial: Trial::Line,
+        about: "48 signs in rows",
+        trial: Trial::Glyph,
         finish: Finish::Gloss(0.25),
-        counted: "integrals of tiles behind the light",
+        counted: "integrals of tiles behind a light",
         count: |stats| lights(stats, |l| l.behind_tile),
-        change: |scene| scene.camera.look_at = DVec3::new(0.0, 0.0, -4.0),
+        change: signs,
     },
     Case {
         skip: "below-horizon",
-        about: "a shelf above a line of text",
-        trial: Trial::Line,
+        about: "a shelf above 48 signs",
+        trial: Trial::Glyph,
         finish: Finish::Gloss(0.25),
-        counted: "integrals of tiles that the light is below",
+        counted: "integrals of tiles that a light is below",
         count: |stats| lights(stats, |l| l.below_tile),
-        change: |scene| scene.triangles.extend(plane(DVec3::new(0.0, 1.0, 2.0), DVec3::Y, [6.0, 3.0], 1.0, 0)),
+        change: |scene| {
+            signs(scene);
+            scene.triangles.extend(plane(DVec3::new(0.0, 1.0, 0.0), DVec3::Y, [6.0, 6.0], 1.0, 0));
+        },
     },
     Case {
         skip: "under-tolerance",
-        about: "a floor far from a line of text",
-        trial: Trial::Line,
+        about: "48 signs, each too dim far away",
+        trial: Trial::Glyph,
         finish: Finish::Diffuse,
         counted: "integrals of tiles with less light than the tolerance",
         count: |stats| lights(stats, |l| l.under_tolerance),
         change: |scene| {
-            scene.camera.position = DVec3::new(8.0, 6.0, 30.0);
-            scene.camera.look_at = DVec3::new(0.0, 0.0, 14.0);
+            signs(scene);
+            scene.lights.iter_mut().flat_map(|l| &mut l.layers).for_each(|layer| layer.radiance *= 0.2);
         },
     },
 ];
+
+/// Eight by six small copies of the light instead of it, a metre apart and more.
+fn signs(scene: &mut Scene) {
+    let light = scene.lights.remove(0);
+    for i in 0..48 {
+        let (x, z) = (f64::from(i % 8) * 1.2 - 4.2, f64::from(i / 8) * 1.5 - 6.0);
+        let placement = Placement::new(DVec3::new(x, 0.05, z), DVec3::ZERO, DVec2::splat(0.3));
+        scene.lights.push(AreaLight { name: format!("sign {i}"), placement, ..light.clone() });
+    }
+}
 
 fn lights(stats: &Stats, count: fn(&LightStats) -> u64) -> u64 {
     stats.lights.iter().map(count).sum()
