@@ -43,7 +43,7 @@ pub struct Args {
     /// Pixels along the side of a window; there are four, as fine as pixels of a picture 1024 high [default: 32; quick: 16]
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..=i64::from(PICTURE / 4)))]
     size: Option<u32>,
-    /// Timed rounds after the first, which warms up. What takes more than two seconds is run once [default: 7; quick: 5]
+    /// Timed rounds after the first, which warms up. What takes more than a second is run once [default: 7; quick: 5]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=999))]
     repeats: Option<u32>,
     /// Threads that shade; yardsticks take all there are

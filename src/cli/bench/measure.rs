@@ -20,7 +20,7 @@ use rayon::ThreadPool;
 use std::time::Instant;
 
 /// A row whose first run, preparation included, takes longer is not run again, seconds.
-const SLOW: f64 = 2.0;
+const SLOW: f64 = 1.0;
 /// A rendering shorter than this is repeated where it had to wait for the processor, seconds,
 const SHORT: f64 = 0.02;
 /// … so many times at most.
