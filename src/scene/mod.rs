@@ -9,6 +9,7 @@ pub mod mesh;
 pub mod preset;
 pub mod surface;
 pub mod texture;
+pub mod trial;
 
 use crate::light::AreaLight;
 pub use camera::Camera;
