@@ -6,6 +6,7 @@ use super::prepared::Prepared;
 use super::surfaces::Surfaces;
 use super::{Backend, BackendError, Counters, Rendering, Settings, Shaded, Stats, Stopwatch, Technique, reference};
 use crate::brdf::ltc::Table;
+use crate::kernel::cluster::Field;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::surface::{SurfacePoint, surface_point};
 use crate::kernel::tree::Budget;
@@ -88,28 +89,34 @@ fn shade(
     let position = point.position.as_dvec3();
     let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
     let reflectance = point.reflectance(prepared.lobe(table, point.alpha, frame.cos_theta as f32));
-    let [mut diffuse, mut specular] = [Vec3::ZERO; 2];
     let mut budget = Budget::default();
-    for emitter in &prepared.emitters {
+    let lobes = [(None, reflectance.diffuse), (Some(&reflectance.lobe), reflectance.specular)];
+    let mut sums = [Vec3::ZERO; 2];
+    let fields = lobes.map(|(lobe, weight)| {
+        (weight.max_element() > 0.0).then(|| Field::new(&frame, lobe, weight))
+    });
+    let answer = prepared.clustered.share_out(point.position, &fields, settings.tolerance, &mut budget, |i, mask, budget| {
+        let emitter = &prepared.emitters[i];
         let stats = &mut counters.lights[emitter.light];
         stats.candidates += 2;
         let images = match Images::new(emitter, &frame, position) {
             Ok(images) => images,
             Err(_) => {
                 stats.behind += 2;
-                continue;
+                return;
             }
         };
-        let lobes =
-            [(None, reflectance.diffuse, &mut diffuse), (Some(&reflectance.lobe), reflectance.specular, &mut specular)];
-        for (lobe, weight, sum) in lobes {
+        for (k, ((lobe, weight), sum)) in lobes.into_iter().zip(&mut sums).enumerate() {
+            if mask & 1 << k == 0 {
+                continue;
+            }
             let weight = weight * emitter.radiance;
             let brightest = weight.max_element();
             if brightest <= 0.0 {
                 stats.no_lobe += 1;
                 continue;
             }
-            match images.integral(emitter, lobe, settings.tolerance / brightest, &mut budget) {
+            match images.integral(emitter, lobe, settings.tolerance / brightest, budget) {
                 Ok(integral) => {
                     counters.integrals += 1;
                     counters.nodes += u64::from(integral.visited);
@@ -119,6 +126,8 @@ fn shade(
                 Err(Skip::BelowHorizon) => stats.below_horizon += 1,
             }
         }
-    }
-    [diffuse, specular]
+    });
+    counters.nodes += u64::from(answer.visited);
+    let [diffuse, specular] = answer.radiance;
+    [diffuse + sums[0], specular + sums[1]]
 }

@@ -1,5 +1,6 @@
 //! A scene made ready for shading: flat arrays, relative to the camera, that both backends read.
 
+use super::clusters::Clustered;
 use super::emitter::{Emitter, emitters, layers};
 use super::{BackendError, Horizons, Settings, Technique};
 use crate::brdf::ltc::{Lobe, Table};
@@ -25,6 +26,8 @@ pub struct Prepared {
     pub texels: Vec<u32>,
     /// What surfaces gather from, in the order of lights and layers.
     pub emitters: Vec<Emitter>,
+    /// How they are clustered.
+    pub clustered: Clustered,
     /// What the camera sees: every layer of every light.
     pub layers: Vec<Emitter>,
     /// What the emitters are made for.
@@ -63,6 +66,7 @@ impl Prepared {
             }
         }
         let (textures, texels) = pack_textures(&scene.textures);
+        let emitters = emitters(scene, &settings.technique)?;
         Ok(Self {
             eye,
             rays,
@@ -70,7 +74,8 @@ impl Prepared {
             materials: scene.materials.iter().map(pack_material).collect(),
             textures,
             texels,
-            emitters: emitters(scene, &settings.technique)?,
+            clustered: Clustered::new(&emitters, &settings.technique),
+            emitters,
             layers: layers(scene)?,
             technique: settings.technique,
             horizons: settings.horizons(),
