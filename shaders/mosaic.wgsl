@@ -60,8 +60,8 @@ fn mosaic_integral(
         }
         if tiles[i].deviation > 0.0 {
             let e = expansion_about(map, center, half);
-            let deviation = select(tiles[i].deviation, tiles[i].deviation_3, place == PLACE_ABOVE);
-            if !budget_accept(budget, remainder_bound(e, deviation, place, false), tolerance) {
+            let bound = expansion_bound(e, tiles[i].deviation, tiles[i].deviation_3, place, false);
+            if !budget_accept(budget, bound, tolerance) {
                 i += 1u;
                 continue;
             }

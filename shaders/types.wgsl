@@ -83,7 +83,7 @@ struct Node {
     m0: f32,
     m1: array<f32, 2>,
     m2: array<f32, 3>,
-    area: f32,
+    areas: u32,
     link: u32,
 }
 

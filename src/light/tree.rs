@@ -1,7 +1,7 @@
 //! Builds the chord–moment tree of a shape, in f64. The walk over it is [`crate::kernel::tree`].
 
 use super::Square;
-use crate::kernel::tree::{CLUSTER, CUBIC, Handles, LINK_MASK, LowEnds, Node, Nodes, RUN, SEGMENT};
+use crate::kernel::tree::{CLUSTER, CUBIC, Handles, LINK_MASK, LowEnds, Node, Nodes, RUN, SEGMENT, areas};
 use crate::shape::{Bounds, CubicBez, Shape};
 use glam::{DVec2, Vec2};
 
@@ -14,6 +14,14 @@ const STRAIGHT: f64 = 1e-12;
 
 /// Ratio of the unsigned area by scan lines to |m0| above which contours overlap or cross themselves.
 const SOUND: f64 = 1.1;
+
+/// The eight Gauss–Legendre nodes, by pairs ±x, and their weights.
+const GAUSS: [(f64, f64); 4] = [
+    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
+    (0.796_666_477_413_626_7, 0.222_381_034_453_374_47),
+    (0.960_289_856_497_536_2, 0.101_228_536_290_376_26),
+];
 
 /// The tree of one shape.
 #[derive(Clone, Debug)]
@@ -91,12 +99,12 @@ impl Tree {
         self.nodes.len() - 1
     }
 
-    fn fill(&mut self, at: usize, region: &Region, bounds: Bounds, [a, b]: [DVec2; 2], link: u32) {
-        self.nodes[at] = node(region, bounds, [a, b], link);
+    fn fill(&mut self, at: usize, part: &Part, [a, b]: [DVec2; 2], link: u32) {
+        self.nodes[at] = node(part, [a, b], link);
         self.low[at] = LowEnds { a: lost(a), b: lost(b) };
     }
 
-    fn emit_clusters(&mut self, mut groups: Vec<Group>) -> (Region, Bounds) {
+    fn emit_clusters(&mut self, mut groups: Vec<Group>) -> Part {
         if groups.len() == 1 {
             let Group { contours, .. } = groups.remove(0);
             return self.emit_group(contours);
@@ -108,13 +116,13 @@ impl Tree {
         groups.sort_by(|a, b| key(a).total_cmp(&key(b)));
         let rest = groups.split_off(groups.len() / 2);
         let at = self.reserve();
-        let (left, right) = (self.emit_clusters(groups), self.emit_clusters(rest));
-        self.close_cluster(at, left.0.plus(right.0), left.1.union(right.1))
+        let part = self.emit_clusters(groups).plus(self.emit_clusters(rest));
+        self.close_cluster(at, part)
     }
 
-    fn emit_group(&mut self, mut contours: Vec<Run>) -> (Region, Bounds) {
-        let bounds = Bounds::of(contours.iter().flat_map(|r| &r.arcs).flat_map(|c| c.points()));
-        let unsigned = unsigned_area(&contours, bounds);
+    fn emit_group(&mut self, mut contours: Vec<Run>) -> Part {
+        let arcs: Vec<CubicBez> = contours.iter().flat_map(|r| &r.arcs).copied().collect();
+        let unsigned = unsigned_area(&contours, Bounds::of(arcs.iter().flat_map(CubicBez::points)));
         let at = self.reserve();
         let [left, right] = if contours.len() == 1 {
             let [first, second] = contours.remove(0).halves();
@@ -123,25 +131,33 @@ impl Tree {
             let rest = contours.split_off(contours.len() / 2);
             [self.emit_group(contours), self.emit_group(rest)]
         };
-        let mut region = left.0.plus(right.0);
+        let mut part = left.plus(right);
         // A region of winding 0 or 1 has the unsigned area |m0|, not the sum of its parts'. Where contours overlap or
         // cross themselves it is what the scan lines say.
-        region.area = if unsigned > SOUND * region.m0.abs() { SOUND * unsigned } else { region.m0.abs() };
-        self.close_cluster(at, region, left.1.union(right.1))
+        let m0 = part.region.m0.abs();
+        part.sound = unsigned <= SOUND * m0;
+        part.region.area = if part.sound { m0 } else { SOUND * unsigned };
+        part.loops = vec![arcs];
+        self.close_cluster(at, part)
     }
 
     /// Fills in a node without a chord, whose children are all there.
-    fn close_cluster(&mut self, at: usize, region: Region, bounds: Bounds) -> (Region, Bounds) {
-        self.fill(at, &region, bounds, [DVec2::ZERO; 2], CLUSTER | self.nodes.len() as u32);
-        (region, bounds)
+    fn close_cluster(&mut self, at: usize, part: Part) -> Part {
+        self.fill(at, &part, [DVec2::ZERO; 2], CLUSTER | self.nodes.len() as u32);
+        part
     }
 
-    fn emit_run(&mut self, run: Run) -> (Region, Bounds) {
+    fn emit_run(&mut self, run: Run) -> Part {
         let (a, b) = run.ends();
         let at = self.reserve();
         if let [arc] = run.arcs[..] {
             let region = Region::under_arc(&arc);
-            let bounds = Bounds::of(arc.points());
+            let part = Part {
+                region,
+                bounds: Bounds::of(arc.points()),
+                loops: vec![vec![arc, CubicBez::line(arc.p3, arc.p0)]],
+                sound: region.area == region.m0.abs(),
+            };
             let link = if arc.is_line(STRAIGHT) {
                 SEGMENT
             } else {
@@ -150,17 +166,60 @@ impl Tree {
                 self.handles.push(handles);
                 CUBIC | (self.handles.len() - 1) as u32
             };
-            self.fill(at, &region, bounds, [a, b], link);
-            return (region, bounds);
+            self.fill(at, &part, [a, b], link);
+            return part;
         }
         let [first, second] = run.halves();
         let middle = first.ends().1;
-        let (left, lb) = self.emit_run(first);
-        let (right, rb) = self.emit_run(second);
-        let bounds = lb.union(rb);
-        let region = left.plus(right).plus(Region::of_triangle(a, middle, b));
-        self.fill(at, &region, bounds, [a, b], RUN | self.nodes.len() as u32);
-        (region, bounds)
+        let mut part = self.emit_run(first).plus(self.emit_run(second));
+        part.region = part.region.plus(Region::of_triangle(a, middle, b));
+        part.loops.push(vec![CubicBez::line(a, middle), CubicBez::line(middle, b), CubicBez::line(b, a)]);
+        self.fill(at, &part, [a, b], RUN | self.nodes.len() as u32);
+        part
+    }
+}
+
+/// What a node stands for.
+struct Part {
+    region: Region,
+    bounds: Bounds,
+    /// Closed curves round pieces of the region, each of one sign, whose sum it is.
+    loops: Vec<Vec<CubicBez>>,
+    /// Whether they are of one sign indeed.
+    sound: bool,
+}
+
+impl Part {
+    fn plus(mut self, mut other: Self) -> Self {
+        self.loops.append(&mut other.loops);
+        Self {
+            region: self.region.plus(other.region),
+            bounds: self.bounds.union(other.bounds),
+            loops: self.loops,
+            sound: self.sound && other.sound,
+        }
+    }
+
+    /// ∫ρ³|dA| about the middle of a box, ρ the larger of |x| and |y| in its half-extents: 1/5 ∮ρ³ q × dq, since ρ³ is
+    /// homogeneous. Never more than the area.
+    fn area_3(&self, center: DVec2, half: DVec2) -> f64 {
+        /// ρ³ is not smooth where |x| = |y|: what quadrature may lose there.
+        const MARGIN: f64 = 1.02;
+        if !self.sound {
+            return self.region.area;
+        }
+        let along = |edge: &CubicBez| {
+            let [p0, p1, p2, p3] = edge.points().map(|p| (p - center) / half);
+            let local = CubicBez::new(p0, p1, p2, p3);
+            let at = |t: f64| {
+                let p = local.eval(t);
+                p.abs().max_element().powi(3) * p.perp_dot(local.tangent(t))
+            };
+            GAUSS.iter().map(|(x, w)| 0.5 * w * (at(0.5 - 0.5 * x) + at(0.5 + 0.5 * x))).sum::<f64>()
+        };
+        let around = |edges: &Vec<CubicBez>| edges.iter().map(along).sum::<f64>().abs();
+        let sum: f64 = self.loops.iter().map(around).sum();
+        (MARGIN / 5.0 * half.element_product() * sum).min(self.region.area)
     }
 }
 
@@ -360,12 +419,6 @@ impl Region {
     /// The region between an arc and its chord, by Green's theorem. The integrands are polynomials of degree at
     /// most 11 in t; eight Gauss nodes are exact to degree 15.
     fn under_arc(arc: &CubicBez) -> Self {
-        const GAUSS: [(f64, f64); 4] = [
-            (0.183_434_642_495_649_8, 0.362_683_783_378_362),
-            (0.525_532_409_916_329, 0.313_706_645_877_887_3),
-            (0.796_666_477_413_626_7, 0.222_381_034_453_374_47),
-            (0.960_289_856_497_536_2, 0.101_228_536_290_376_26),
-        ];
         let about = (arc.p0 + arc.p3) * 0.5;
         let [p0, p1, p2, p3] = arc.points().map(|p| p - about);
         let local = CubicBez::new(p0, p1, p2, p3);
@@ -394,7 +447,8 @@ impl Region {
     }
 }
 
-fn node(region: &Region, bounds: Bounds, ends: [DVec2; 2], link: u32) -> Node {
+fn node(part: &Part, ends: [DVec2; 2], link: u32) -> Node {
+    let Part { region, bounds, .. } = part;
     // The stored box is in f32: it is grown to hold what it held in f64.
     let center = bounds.center().as_vec2();
     let reach = (bounds.max - center.as_dvec2()).max(center.as_dvec2() - bounds.min);
@@ -408,7 +462,7 @@ fn node(region: &Region, bounds: Bounds, ends: [DVec2; 2], link: u32) -> Node {
         m0: r.m0 as f32,
         m1: [r.m1.x as f32, r.m1.y as f32],
         m2: r.m2.map(|m| m as f32),
-        area: (r.area * (1.0 + f64::from(f32::EPSILON))) as f32,
+        areas: areas(r.area as f32, part.area_3(center.as_dvec2(), half.as_dvec2()) as f32),
         link,
     }
 }

@@ -83,7 +83,7 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
         layout!(SurfaceTexture: offset width height levels),
         layout!(Emitter: x first y end center first_detail normal light radiance two_sided
             form radius length picture),
-        layout!(Node: center half a b m0 m1 m2 area link),
+        layout!(Node: center half a b m0 m1 m2 areas link),
         layout!(Handles: p1 p2 low1 low2),
         layout!(Curve: p0 p1 p2 p3),
         layout!(Quad: half low),
