@@ -88,7 +88,7 @@ fn members(index: usize, emitter: &Emitter) -> Vec<Member> {
         center: emitter.placement.point(in_light(root.center)),
         half: x.abs() * hx + y.abs() * hy,
         normal: normal.normalize(),
-        flux: radiance * mean * (per_area * f64::from(root.area)),
+        flux: radiance * mean * (per_area * f64::from(root.area())),
         zeroth: radiance * mean * (per_area * f64::from(root.m0)),
         first: [first(0), first(1), first(2)],
     };
