@@ -63,6 +63,8 @@ pub struct Images {
     back: bool,
     /// 1, or −1 for a face that hides a part of the faces before it.
     sign: f64,
+    /// Whether a horizon may cut the light.
+    may_be_cut: bool,
 }
 
 impl Images {
@@ -76,12 +78,18 @@ impl Images {
         }
         let back = front < 0.0 && !whole;
         let hides = back && matches!(emitter.facing, Facing::End { .. });
-        Ok(Self { c: c.map(|v| frame.to_local(v)), back, sign: if hides { -1.0 } else { 1.0 } })
+        Ok(Self { c: c.map(|v| frame.to_local(v)), back, sign: if hides { -1.0 } else { 1.0 }, may_be_cut: true })
     }
 
     /// The images given, of an emitter whose front the point sees.
     pub const fn in_cosine_space(c: [DVec3; 3]) -> Self {
-        Self { c, back: false, sign: 1.0 }
+        Self { c, back: false, sign: 1.0, may_be_cut: true }
+    }
+
+    /// The images of a light that is known to be above every horizon.
+    #[must_use]
+    pub const fn uncut(self) -> Self {
+        Self { may_be_cut: false, ..self }
     }
 
     /// The clamped-cosine integral over the light: of the plain cosine, or of a lobe clipped at its horizons.
@@ -182,7 +190,7 @@ impl Images {
     /// Clipped at z = 0 of cosine space only, as published.
     fn by_quad(&self, c: [DVec3; 3], emitter: &Emitter, quad: &Quad) -> Result<Gathered, Skip> {
         let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
-        let clip = Clip::new(&map, None, -map.foot, quad.half).ok_or(Skip::BelowHorizon)?;
+        let clip = self.clip(&map, None, -map.foot, quad.half)?;
         Ok(self.lit(quad_integral(&map, &clip, quad), QUAD_EDGES).painted(emitter, &map))
     }
 
@@ -194,7 +202,7 @@ impl Images {
         integrate: impl FnOnce(&CosineMap, Option<&Horizon>) -> EdgeSum,
     ) -> Result<Gathered, Skip> {
         let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
-        let clip = Clip::new(&map, None, -map.foot, Vec2::ONE).ok_or(Skip::BelowHorizon)?;
+        let clip = self.clip(&map, None, -map.foot, Vec2::ONE)?;
         let sum = integrate(&map, clip.planes().first());
         Ok(self.lit(sum.value, sum.edges).painted(emitter, &map))
     }
@@ -225,12 +233,17 @@ impl Images {
         [center, half]: [Vec2; 2],
     ) -> Result<(CosineMap, Clip), Skip> {
         let map = CosineMap::new(c, square.center, square.half).ok_or(Skip::Behind)?;
-        let truth = lobe.map(|lobe| {
+        let truth = lobe.filter(|_| self.may_be_cut).map(|lobe| {
             let form = map.height_form(self.c.map(|v| v.z), square.center, square.half);
             TrueHorizon { axis: lobe.m_row_z, height: Height::new(&map, form) }
         });
-        let clip = Clip::new(&map, truth.as_ref(), center - map.foot, half).ok_or(Skip::BelowHorizon)?;
+        let clip = self.clip(&map, truth.as_ref(), center - map.foot, half)?;
         Ok((map, clip))
+    }
+
+    /// What clips the box with that centre relative to the foot and those half-extents.
+    fn clip(&self, map: &CosineMap, truth: Option<&TrueHorizon>, center: Vec2, half: Vec2) -> Result<Clip, Skip> {
+        if self.may_be_cut { Clip::new(map, truth, center, half).ok_or(Skip::BelowHorizon) } else { Ok(Clip::None) }
     }
 
     /// A signed integral from the side the point is on.

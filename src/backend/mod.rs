@@ -4,6 +4,7 @@ pub mod clusters;
 pub mod cpu;
 pub mod emitter;
 pub mod exact;
+pub mod features;
 pub mod gather;
 #[cfg(feature = "gpu")]
 pub mod gpu;
@@ -11,14 +12,18 @@ pub mod prepared;
 pub mod reference;
 mod sight;
 mod silhouette;
+pub mod skips;
 mod surfaces;
 pub mod technique;
+pub mod tile;
+mod uncut;
 
 use crate::film::Film;
 use crate::kernel::surface::Rays;
 use crate::scene::Scene;
 use glam::Vec3;
 use prepared::Prepared;
+pub use skips::Skips;
 use std::time::Instant;
 use surfaces::Surfaces;
 pub use technique::{Horizons, Technique};
@@ -38,6 +43,8 @@ pub struct Settings {
     pub technique: Technique,
     /// Where specular lobes are clipped, by techniques that know the true horizon.
     pub horizons: Horizons,
+    /// What is left out where the scene doesn't need it.
+    pub skips: Skips,
 }
 
 /// A finished picture and what it cost.
@@ -69,8 +76,33 @@ pub struct Stats {
     pub integrals: u64,
     /// What those integrals were made of: tree nodes, edges or samples, as [`Technique::parts`] says.
     pub nodes: u64,
+    /// Parts of the shading that no surface needs and no sample paid for: `diffuse`, `specular`, `textures`, `horizons`.
+    pub left_out: Vec<String>,
+    /// What clusters of lights have cost.
+    pub clusters: ClusterStats,
     /// Per light: its name and how many integrals were skipped, by reason.
     pub lights: Vec<LightStats>,
+}
+
+/// What clusters of lights have cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct ClusterStats {
+    /// Clusters visited for whole tiles.
+    pub by_tile: u64,
+    /// Clusters visited by single points.
+    pub by_point: u64,
+    /// Expansions evaluated, each of which stood for all lights of a cluster at a point.
+    pub whole: u64,
+}
+
+impl ClusterStats {
+    const fn plus(self, other: Self) -> Self {
+        Self {
+            by_tile: self.by_tile + other.by_tile,
+            by_point: self.by_point + other.by_point,
+            whole: self.whole + other.whole,
+        }
+    }
 }
 
 /// Why integrals of one light were skipped.
@@ -86,15 +118,32 @@ pub struct LightStats {
     pub below_horizon: u64,
     /// The material has no such lobe.
     pub no_lobe: u64,
+    /// The light adds too little to be seen in the tile, see [`Skips::under_tolerance`].
+    pub under_tolerance: u64,
+    /// A cluster stood for the light, or was left out with it.
+    pub clustered: u64,
+    /// Of those behind: decided for a whole tile.
+    pub behind_tile: u64,
+    /// Of those below the horizon: decided for a whole tile.
+    pub below_tile: u64,
 }
 
 impl LightStats {
+    /// Integrals skipped for any reason.
+    pub const fn skipped(&self) -> u64 {
+        self.behind + self.below_horizon + self.no_lobe + self.under_tolerance + self.clustered
+    }
+
     /// Counts another's integrals as this one's.
     fn add(&mut self, other: &Self) {
         self.candidates += other.candidates;
         self.behind += other.behind;
         self.below_horizon += other.below_horizon;
         self.no_lobe += other.no_lobe;
+        self.under_tolerance += other.under_tolerance;
+        self.clustered += other.clustered;
+        self.behind_tile += other.behind_tile;
+        self.below_tile += other.below_tile;
     }
 }
 
@@ -194,6 +243,7 @@ impl Default for Settings {
             tolerance: 1e-4,
             technique: Technique::Tree,
             horizons: Horizons::Both,
+            skips: Skips::default(),
         }
     }
 }
@@ -264,23 +314,52 @@ struct Counters {
     shaded: u64,
     integrals: u64,
     nodes: u64,
+    clusters: ClusterStats,
+    /// Samples at which the plain cosine and the lobe have a weight.
+    weighted: [u64; 2],
+    /// For each light, its integrals that clusters handed on.
+    handed: Vec<u64>,
     lights: Vec<LightStats>,
 }
 
 impl Counters {
     fn new(scene: &Scene) -> Self {
         let lights = scene.lights.iter().map(|l| LightStats { name: l.name.clone(), ..LightStats::default() });
-        Self { shaded: 0, integrals: 0, nodes: 0, lights: lights.collect() }
+        Self {
+            shaded: 0,
+            integrals: 0,
+            nodes: 0,
+            clusters: ClusterStats::default(),
+            weighted: [0; 2],
+            handed: vec![0; scene.lights.len()],
+            lights: lights.collect(),
+        }
     }
 
     fn plus(mut self, other: Self) -> Self {
         self.shaded += other.shaded;
         self.integrals += other.integrals;
         self.nodes += other.nodes;
+        self.clusters = self.clusters.plus(other.clusters);
+        self.weighted = [0, 1].map(|k| self.weighted[k] + other.weighted[k]);
+        self.handed.iter_mut().zip(&other.handed).for_each(|(a, b)| *a += b);
         for (a, b) in self.lights.iter_mut().zip(&other.lights) {
             a.add(b);
         }
         self
+    }
+
+    /// Counts what clusters have answered for their lights.
+    fn count_clustered(&mut self, prepared: &Prepared) {
+        let weighted = self.weighted.iter().sum::<u64>();
+        for emitter in prepared.clustered.emitters() {
+            let stats = &mut self.lights[prepared.emitters[emitter].light];
+            stats.no_lobe += 2 * self.shaded - weighted;
+            stats.clustered += weighted;
+        }
+        for (stats, handed) in self.lights.iter_mut().zip(&self.handed) {
+            stats.clustered -= handed;
+        }
     }
 }
 

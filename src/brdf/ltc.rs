@@ -59,6 +59,12 @@ impl InverseMatrix {
         Vec3::new(self.xx * w.x + self.xz * w.z, self.yy * w.y, self.zx * w.x + self.zz * w.z)
     }
 
+    /// The determinant; more than 0.
+    #[inline]
+    pub fn determinant(&self) -> f32 {
+        self.yy * (self.xx * self.zz - self.xz * self.zx)
+    }
+
     /// The full matrix.
     pub fn mat3(&self) -> Mat3 {
         Mat3::from_cols_array(&[self.xx, 0.0, self.zx, 0.0, self.yy, 0.0, self.xz, 0.0, self.zz])

@@ -23,4 +23,5 @@ pub mod representative;
 pub mod roots;
 pub mod subdivide;
 pub mod surface;
+pub mod tile;
 pub mod tree;

@@ -2,7 +2,7 @@
 
 use crate::kernel::cluster::{Cluster, Clusters, HALF, INDEX_MASK, Moments, ROUNDING, SINGLE};
 use core::cmp::Ordering;
-use glam::{DMat4, DVec3};
+use glam::{DMat3, DMat4, DVec3};
 
 /// Fewest lights that are worth a tree.
 pub const FEWEST: usize = 8;
@@ -10,8 +10,8 @@ pub const FEWEST: usize = 8;
 const SORTED: usize = 1 << 12;
 /// Least part of the lights on either side of a split, so that depth stays logarithmic.
 const LEAST_SHARE: usize = 8;
-/// What opposite normals weigh in the cost of a cluster: as a cluster of five times the area.
-const TURNED: f64 = 4.0;
+/// What opposite normals weigh in the cost of a cluster: as a cluster of seven times the area.
+const TURNED: f64 = 6.0;
 
 /// One side of a flat light. Places are world space relative to the camera, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +32,8 @@ pub struct Member {
     pub zeroth: DVec3,
     /// ∫L·(p − center) dA for each channel.
     pub first: [DVec3; 3],
+    /// Mean of (p − center)(p − center)ᵀ over the area, or more.
+    pub spread: DMat3,
 }
 
 /// The tree of clusters of a scene's flat lights.
@@ -58,6 +60,7 @@ impl ClusterTree {
             m.half *= per_metre;
             m.flux *= per_metre * per_metre;
             m.zeroth *= per_metre * per_metre;
+            m.spread *= per_metre * per_metre;
             m.first = m.first.map(|v| v * per_metre.powi(3));
         }
         let mut tree = Self { per_metre: per_metre as f32, ..Self::default() };
@@ -110,13 +113,19 @@ fn summary(members: &[Member]) -> (Cluster, Moments) {
     let axis = axis.as_vec3().as_dvec3();
     // Sine and cosine each by the formula that is exact for it.
     let angle = |n: DVec3| axis.cross(n).length().atan2(axis.dot(n));
-    let cone = if members.len() == 1 { 0.0 } else { members.iter().map(|m| angle(m.normal)).fold(0.0, f64::max) + 1e-6 };
+    let cone =
+        if members.len() == 1 { 0.0 } else { members.iter().map(|m| angle(m.normal)).fold(0.0, f64::max) + 1e-6 };
     let rounding = f64::from(ROUNDING) * (center.abs().max_element() + half.max_element());
     let heights = members.iter().map(|m| m.normal.dot(m.center - center));
     let (lowest, highest) = heights.fold((f64::INFINITY, 0.0_f64), |(low, high), h| (low.min(h), high.max(h)));
     // Of normals that far apart no point is in front of all for certain.
     let wide = cone > core::f64::consts::FRAC_PI_2;
     let (cone_sin, cone_cos) = if wide { (0.0, -1.0) } else { cone.sin_cos() };
+    let flux = members.iter().map(|m| m.flux).sum::<DVec3>();
+    // What holds for the channel where a light is the largest part of the whole holds for all.
+    let part = |m: &Member| (m.flux / flux.max(DVec3::splat(f64::MIN_POSITIVE))).max_element();
+    let outer = |v: DVec3| DMat3::from_cols(v * v.x, v * v.y, v * v.z);
+    let spread = members.iter().map(|m| (m.spread + outer(m.center - center)) * part(m)).sum::<DMat3>();
     let cluster = Cluster {
         center: center.as_vec3(),
         link: 0,
@@ -124,10 +133,12 @@ fn summary(members: &[Member]) -> (Cluster, Moments) {
         low: (lowest - rounding) as f32,
         axis: axis.as_vec3(),
         high: if wide { f32::MAX } else { (highest + rounding) as f32 },
-        flux: members.iter().map(|m| m.flux).sum::<DVec3>().as_vec3(),
+        flux: flux.as_vec3(),
         cone_cos: cone_cos as f32,
         cone_sin: cone_sin as f32,
-        pad: [0.0; 3],
+        squares: DVec3::new(spread.x_axis.x, spread.y_axis.y, spread.z_axis.z).as_vec3(),
+        products: DVec3::new(spread.x_axis.y, spread.x_axis.z, spread.y_axis.z).as_vec3(),
+        pad: 0.0,
     };
     let channel = |c: usize| {
         let mut sum = DMat4::ZERO;

@@ -35,4 +35,5 @@ mod simple;
 mod svg;
 mod svg_hostile;
 mod text;
+mod tile;
 mod yardstick;
