@@ -164,7 +164,7 @@ impl Offsets {
     /// det M⁻¹ · area · height · z / (π·|p|⁴), the area form of the integral at its largest, or the 1 that no integral exceeds.
     /// `nearest` is the least |p|, `z` the largest height of p.
     fn sent(&self, light: &LightBox, nearest: f32, z: f32, determinant: f32) -> f32 {
-        if !(nearest > 0.0) {
+        if nearest <= 0.0 {
             return 1.0;
         }
         let inv = 1.0 / nearest;
@@ -189,7 +189,7 @@ pub const BUCKETS: u32 = 24;
 /// is 1 or more, or no number.
 #[inline]
 pub fn bucket(share: f32) -> u32 {
-    if !(share < 1.0) {
+    if share.is_nan() || share >= 1.0 {
         return BUCKETS;
     }
     (126 - (share.to_bits() >> 23).min(126)).min(BUCKETS - 1)

@@ -272,15 +272,15 @@ fn under_a_lamp(height: f64, width: f64, floor: Material) -> Scene {
 fn clipping_is_left_out_where_nothing_is_cut(backend: &dyn Backend) {
     let diffuse = Material { specular: 0.0, ..Material::default() };
     let glossy = Material { alpha: 0.3, ..Material::default() };
-    let mut bumpy = under_a_lamp(1.0, 0.5, diffuse.clone());
+    let mut bumpy = under_a_lamp(1.0, 0.5, diffuse);
     for (i, vertex) in bumpy.triangles.iter_mut().flat_map(|t| &mut t.vertices).enumerate() {
         vertex.normal = (vertex.normal + Vec3::X * (0.9 * (i % 2) as f32)).normalize();
     }
-    let mut standing = under_a_lamp(0.2, 0.5, diffuse.clone());
+    let mut standing = under_a_lamp(0.2, 0.5, diffuse);
     standing.lights[0].placement = Placement::new(DVec3::new(0.0, 0.2, 0.0), DVec3::ZERO, DVec2::ONE);
     let cases = [
-        ("lamp over plaster", under_a_lamp(1.0, 0.5, diffuse.clone()), true),
-        ("lamp high over varnish", under_a_lamp(3.0, 0.2, glossy.clone()), true),
+        ("lamp over plaster", under_a_lamp(1.0, 0.5, diffuse), true),
+        ("lamp high over varnish", under_a_lamp(3.0, 0.2, glossy), true),
         ("lamp low over varnish", under_a_lamp(0.5, 0.5, glossy), false),
         ("normals that lean", bumpy, false),
         ("light in the floor", standing, false),
