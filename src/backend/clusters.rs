@@ -2,6 +2,7 @@
 
 use super::Skips;
 use super::emitter::{Emitter, Geometry};
+use crate::kernel::cluster::{Cluster, INDEX_MASK, SINGLE};
 use crate::kernel::tree::Node;
 use crate::light::cluster::{ClusterTree, FEWEST, Member};
 use crate::light::simple::Facing;
@@ -31,7 +32,10 @@ impl Clustered {
 
     /// The emissions that are clustered, each once.
     pub fn emitters(&self) -> impl Iterator<Item = usize> {
-        let mut emitters: Vec<usize> = self.tree.emitters.iter().map(|&emitter| emitter as usize).collect();
+        // Both sides of an emission are members.
+        let single = |c: &Cluster| c.link & SINGLE != 0;
+        let mut emitters: Vec<usize> =
+            self.tree.clusters.iter().filter(|c| single(c)).map(|c| (c.link & INDEX_MASK) as usize).collect();
         emitters.sort_unstable();
         emitters.dedup();
         emitters.into_iter()

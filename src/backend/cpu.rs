@@ -168,8 +168,7 @@ fn shade(
         Receiver::of_point(point.position.as_vec3(), axes, &point.reflectance, both_horizons, tree.per_metre);
     let mut clusters = ClusterSums::default();
     for &listed in &list.clusters {
-        clusters.add(tree.view(), &receiver, listed, list.tolerance, &mut budget, |member, lobes, budget| {
-            let emitter = tree.emitters[member] as usize;
+        clusters.add(tree.view(), &receiver, listed, list.tolerance, &mut budget, |emitter, lobes, budget| {
             counters.handed[prepared.emitters[emitter].light] += u64::from(lobes.count_ones());
             gather(prepared, settings, list, point, counters, budget, &mut sums, emitter, lobes);
         });

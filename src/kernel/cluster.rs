@@ -32,7 +32,7 @@ use bytemuck::{Pod, Zeroable};
 use core::f32::consts::FRAC_1_PI;
 use glam::{Mat4, Vec3};
 
-/// A single light; the index is its place among the members. Otherwise the index is where the walk goes on past the cluster.
+/// A single light; the index is that of its emission. Otherwise the index is where the walk goes on past the cluster.
 pub const SINGLE: u32 = 1 << 31;
 /// One side of a light that shines to both: it counts where the point is in front of it.
 pub const HALF: u32 = 1 << 30;
@@ -76,6 +76,10 @@ pub struct Cluster {
     pub products: Vec3,
     /// Of the layout.
     pub pad: f32,
+    /// The moments of red, green and blue: times (y, 1) they are −(∫w·δ dA, ∫w dA).
+    ///
+    /// Column i, of x, y, z: ∫L·nᵢ·δ dA and, fourth, ∫L·nᵢ dA. Fourth column: ∫L·(n·δ)·δ dA and ∫L·(n·δ) dA.
+    pub moments: [Mat4; 3],
 }
 
 impl Cluster {
@@ -86,23 +90,11 @@ impl Cluster {
     }
 }
 
-/// The moments of a cluster for each channel: times (y, 1) they are −(∫w·δ dA, ∫w dA).
-///
-/// Column i, of x, y, z: ∫L·nᵢ·δ dA and, fourth, ∫L·nᵢ dA. Fourth column: ∫L·(n·δ)·δ dA and ∫L·(n·δ) dA.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Moments {
-    /// Red, green, blue.
-    pub channels: [Mat4; 3],
-}
-
 /// The arrays of a tree of clusters.
 #[derive(Clone, Copy, Debug)]
 pub struct Clusters<'a> {
     /// In pre-order.
     pub clusters: &'a [Cluster],
-    /// One for each cluster.
-    pub moments: &'a [Moments],
     /// The tree's unit of length over a metre.
     pub per_metre: f32,
 }
@@ -183,12 +175,13 @@ impl Receiver {
         let normal = Loose::new(&bounds.normal);
         // The plain cosine is round about the normal. Tangents turn by as much as normals do, which are up to twice their box's
         // half-diagonal from the unit vector through its middle.
-        let (x, y) = normal.middle.normalize_or(Vec3::Z).any_orthonormal_pair();
+        let z = normal.middle.normalize_or(Vec3::Z);
+        let x = z.any_orthonormal_vector();
         let turn = Vec3::splat(2.0 * normal.half.length());
         let tangent = |middle: Vec3| Loose { middle, half: turn };
         let rows = bounds.rows.each_ref().map(Loose::new);
         let up = if both_horizons { normal } else { rows[2] };
-        let plain = Field::new([tangent(x), tangent(y), normal], normal, 1.0, bounds.weights[0]);
+        let plain = Field::new([tangent(x), tangent(z.cross(x)), normal], normal, 1.0, bounds.weights[0]);
         let lobe = Field::new(rows, up, bounds.determinant, bounds.weights[1]);
         Self::new(Loose::new(&bounds.position), [plain, lobe], per_metre)
     }
@@ -340,7 +333,7 @@ fn open(v: Loose, open: Vec3, far: Vec3) -> f32 {
 
 /// The first-order expansion at a single point: reflected radiance.
 #[inline(always)]
-fn expansion(field: &Field, moments: &Moments, y: Vec3) -> Vec3 {
+fn expansion(field: &Field, moments: &[Mat4; 3], y: Vec3) -> Vec3 {
     let [a, b, c] = field.rows.map(|row| row.middle);
     let p = Vec3::new(a.dot(y), b.dot(y), c.dot(y));
     let inv2 = 1.0 / p.length_squared();
@@ -350,7 +343,7 @@ fn expansion(field: &Field, moments: &Moments, y: Vec3) -> Vec3 {
     let gradient = (c - (a * d.x + b * d.y + c * d.z) * (4.0 * d.z)) * inv;
     let kernel = gradient.extend(d.z);
     let y = y.extend(1.0);
-    let sums = moments.channels.map(|m| -(m * y).dot(kernel));
+    let sums = moments.map(|m| -(m * y).dot(kernel));
     Vec3::from_array(sums).max(Vec3::ZERO) * field.weight * (field.scale * inv * inv2)
 }
 
@@ -459,8 +452,8 @@ pub struct ClusterSums {
 }
 
 impl ClusterSums {
-    /// Adds a listed cluster at a single point. Hands to `single` each light that must be integrated itself: the index of the
-    /// member, the lobes (a bit for each) and what is left of the budget.
+    /// Adds a listed cluster at a single point. Hands to `single` each light that must be integrated itself: the index of its
+    /// emission, the lobes (a bit for each) and what is left of the budget.
     pub fn add(
         &mut self,
         clusters: Clusters<'_>,
@@ -474,7 +467,7 @@ impl ClusterSums {
         for k in 0..LOBES {
             if let (Some(field), true) = (&point.fields[k], listed.whole & 1 << k != 0) {
                 let y = first.center - point.position.middle;
-                self.radiance[k] += expansion(field, &clusters.moments[listed.cluster as usize], y);
+                self.radiance[k] += expansion(field, &first.moments, y);
                 self.whole += 1;
             }
         }
@@ -502,7 +495,7 @@ impl ClusterSums {
                 match fate {
                     Fate::Nothing => {}
                     Fate::Whole => {
-                        self.radiance[k] += expansion(field, &clusters.moments[i as usize], view.y);
+                        self.radiance[k] += expansion(field, &cluster.moments, view.y);
                         self.whole += 1;
                     }
                     Fate::Refine if is_single => singles |= 1 << k,

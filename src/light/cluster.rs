@@ -1,6 +1,6 @@
 //! Builds the tree of clusters of flat lights, in f64. The walk over it is [`crate::kernel::cluster`].
 
-use crate::kernel::cluster::{Cluster, Clusters, HALF, INDEX_MASK, Moments, ROUNDING, SINGLE};
+use crate::kernel::cluster::{Cluster, Clusters, HALF, INDEX_MASK, ROUNDING, SINGLE};
 use core::cmp::Ordering;
 use glam::{DMat3, DMat4, DVec3};
 
@@ -41,10 +41,6 @@ pub struct Member {
 pub struct ClusterTree {
     /// In pre-order.
     pub clusters: Vec<Cluster>,
-    /// One for each cluster.
-    pub moments: Vec<Moments>,
-    /// The emission of each member that a cluster's index names.
-    pub emitters: Vec<u32>,
     /// The tree's unit of length over a metre.
     pub per_metre: f32,
 }
@@ -72,25 +68,20 @@ impl ClusterTree {
 
     /// What the walk reads.
     pub fn view(&self) -> Clusters<'_> {
-        Clusters { clusters: &self.clusters, moments: &self.moments, per_metre: self.per_metre }
+        Clusters { clusters: &self.clusters, per_metre: self.per_metre }
     }
 
     /// Size of the arrays in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.clusters.as_slice())
-            + size_of_val(self.moments.as_slice())
-            + size_of_val(self.emitters.as_slice())
     }
 
     fn emit(&mut self, members: &mut [Member]) {
         let at = self.clusters.len();
-        let (cluster, moments) = summary(members);
-        self.clusters.push(cluster);
-        self.moments.push(moments);
+        self.clusters.push(summary(members));
         if let [member] = members {
             let half = if member.is_half { HALF } else { 0 };
-            self.clusters[at].link = SINGLE | half | self.emitters.len() as u32;
-            self.emitters.push(member.emitter as u32);
+            self.clusters[at].link = SINGLE | half | member.emitter as u32;
             return;
         }
         let middle = split(members);
@@ -102,7 +93,7 @@ impl ClusterTree {
 }
 
 /// Box, cone and moments of some members, without a link.
-fn summary(members: &[Member]) -> (Cluster, Moments) {
+fn summary(members: &[Member]) -> Cluster {
     let low = members.iter().map(|m| m.center - m.half).fold(DVec3::INFINITY, DVec3::min);
     let high = members.iter().map(|m| m.center + m.half).fold(DVec3::NEG_INFINITY, DVec3::max);
     let center = if let [member] = members { member.center } else { (low + high) * 0.5 };
@@ -126,7 +117,18 @@ fn summary(members: &[Member]) -> (Cluster, Moments) {
     let part = |m: &Member| (m.flux / flux.max(DVec3::splat(f64::MIN_POSITIVE))).max_element();
     let outer = |v: DVec3| DMat3::from_cols(v * v.x, v * v.y, v * v.z);
     let spread = members.iter().map(|m| (m.spread + outer(m.center - center)) * part(m)).sum::<DMat3>();
-    let cluster = Cluster {
+    let channel = |c: usize| {
+        let mut sum = DMat4::ZERO;
+        for m in members {
+            let d = m.center - center;
+            let height = m.normal.dot(d);
+            let row = (m.first[c] + d * m.zeroth[c]).extend(m.zeroth[c]);
+            let n = m.normal;
+            sum += DMat4::from_cols(row * n.x, row * n.y, row * n.z, row * height);
+        }
+        sum.as_mat4()
+    };
+    Cluster {
         center: center.as_vec3(),
         link: 0,
         half: (half * (1.0 + f64::from(ROUNDING))).as_vec3(),
@@ -139,19 +141,8 @@ fn summary(members: &[Member]) -> (Cluster, Moments) {
         squares: DVec3::new(spread.x_axis.x, spread.y_axis.y, spread.z_axis.z).as_vec3(),
         products: DVec3::new(spread.x_axis.y, spread.x_axis.z, spread.y_axis.z).as_vec3(),
         pad: 0.0,
-    };
-    let channel = |c: usize| {
-        let mut sum = DMat4::ZERO;
-        for m in members {
-            let d = m.center - center;
-            let height = m.normal.dot(d);
-            let row = (m.first[c] + d * m.zeroth[c]).extend(m.zeroth[c]);
-            let n = m.normal;
-            sum += DMat4::from_cols(row * n.x, row * n.y, row * n.z, row * height);
-        }
-        sum.as_mat4()
-    };
-    (cluster, Moments { channels: [channel(0), channel(1), channel(2)] })
+        moments: [channel(0), channel(1), channel(2)],
+    }
 }
 
 /// Sorts members so that two parts are small clusters; gives where the second begins.

@@ -2,7 +2,8 @@
 //!
 //! The floor of a 1024 × 1024 picture, alpha 0.25, lights standing 0.15 m above it. Every light goes the same way; the
 //! rectangle is the unit to compare with. `integral` times the integral alone on one thread, at a hundredth of the
-//! pixels; `technique` does so by every technique; `picture` the whole shading stage of a metal floor on each backend. Run: `cargo bench --bench integral`.
+//! pixels; `technique` does so by every technique; `picture` the whole shading stage of a metal floor on each backend; `lights` that
+//! of a floor under 1 to 1000 signs, clustered and one by one. Run: `cargo bench --bench integral`.
 
 #![allow(clippy::print_stdout, reason = "a backend that is skipped is said aloud")]
 
@@ -12,18 +13,22 @@ use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::emitter::Emitter;
 use glyphlight::backend::gather::Images;
 use glyphlight::backend::prepared::Prepared;
-use glyphlight::backend::{Backend, BackendError, Settings, Technique};
+use glyphlight::backend::{Backend, BackendError, Settings, Skips, Technique};
 use glyphlight::brdf::ltc::Table;
 use glyphlight::kernel::frame::ShadingFrame;
 use glyphlight::kernel::tree::Budget;
 use glyphlight::light::{AreaLight, Form, Layer, Placement};
 use glyphlight::outline::font::Font;
 use glyphlight::outline::text::{Align, TextStyle, layout};
+use glyphlight::scene::signs::{SignsOptions, signs};
 use glyphlight::scene::surface::plane;
 use glyphlight::scene::{Camera, Material, Scene};
 use glyphlight::shape::Shape;
 use std::hint::black_box;
 use std::time::Duration;
+
+/// Pixels along a side of a picture of many lights.
+const LIGHTS_SIDE: u64 = 256;
 
 const PARAGRAPH: &str = "Light in the shape of\nletters falls on every\nfloor that it can see,\nand the farther it is,\nthe softer it becomes.";
 
@@ -158,15 +163,48 @@ fn picture(c: &mut Criterion) {
         for (light, shape) in lights() {
             let scene = scene(&shape);
             group.bench_function(BenchmarkId::from_parameter(light), |b| {
-                b.iter_custom(|times| (0..times).map(|_| shading(backend.as_ref(), &scene)).sum());
+                b.iter_custom(|times| (0..times).map(|_| shading(backend.as_ref(), &scene, &settings(1e-3))).sum());
             });
         }
         group.finish();
     }
 }
 
-fn shading(backend: &dyn Backend, scene: &Scene) -> Duration {
-    let stats = backend.render(scene, &settings(1e-3)).expect("a picture").stats;
+/// Signs over a floor, on all threads. Their floor grows with their number, or their size shrinks on the same floor.
+fn lights_together(c: &mut Criterion) {
+    let words = ["OPEN", "BAR", "HOTEL", "24h", "CAFE"].map(|word| text(word, 1.0));
+    let diffuse = Material { specular: 0.0, ..Material::default() };
+    let glossy = Material { metallic: 1.0, alpha: 0.25, ..Material::default() };
+    for (floor, material) in [("diffuse", diffuse), ("glossy", glossy)] {
+        for same_area in [false, true] {
+            let area = if same_area { "constant area" } else { "constant density" };
+            let mut group = c.benchmark_group(format!("lights, {floor}, {area}, tolerance 1e-3"));
+            group.sample_size(10).throughput(Throughput::Elements(LIGHTS_SIDE * LIGHTS_SIDE));
+            for count in [1, 10, 100, 1000] {
+                let mut options = SignsOptions { count, material, ..SignsOptions::default() };
+                if same_area {
+                    let width = (10.0 / f64::from(count)).sqrt();
+                    options = SignsOptions { width, heights: options.heights.map(|h| h / width), ..options };
+                }
+                let scene = signs(&words, &options);
+                for (name, clusters) in [("clusters", true), ("one by one", false)] {
+                    let skips = Skips { clusters, ..Skips::default() };
+                    let side = LIGHTS_SIDE as u32;
+                    let settings = Settings { width: side, height: side, skips, ..settings(1e-3) };
+                    if clusters || count <= 100 {
+                        group.bench_function(BenchmarkId::new(name, count), |b| {
+                            b.iter_custom(|times| (0..times).map(|_| shading(&CpuBackend, &scene, &settings)).sum());
+                        });
+                    }
+                }
+            }
+            group.finish();
+        }
+    }
+}
+
+fn shading(backend: &dyn Backend, scene: &Scene, settings: &Settings) -> Duration {
+    let stats = backend.render(scene, settings).expect("a picture").stats;
     let stage = stats.stages.iter().find(|(name, _)| name == "shading").expect("a shading stage");
     Duration::from_secs_f64(stage.1)
 }
@@ -182,5 +220,5 @@ fn gpu() -> Result<Box<dyn Backend>, BackendError> {
     Err(BackendError::NoAdapter("built without the feature `gpu`".into()))
 }
 
-criterion_group!(benches, integral, technique, picture);
+criterion_group!(benches, integral, technique, picture, lights_together);
 criterion_main!(benches);
