@@ -2,7 +2,7 @@
 
 use super::Skips;
 use super::emitter::{Emitter, Geometry};
-use crate::kernel::cluster::{Cluster, INDEX_MASK, SINGLE};
+use crate::kernel::cluster::INDEX_MASK;
 use crate::kernel::tree::Node;
 use crate::light::cluster::{ClusterTree, FEWEST, Member};
 use crate::light::simple::Facing;
@@ -33,9 +33,8 @@ impl Clustered {
     /// The emissions that are clustered, each once.
     pub fn emitters(&self) -> impl Iterator<Item = usize> {
         // Both sides of an emission are members.
-        let single = |c: &Cluster| c.link & SINGLE != 0;
         let mut emitters: Vec<usize> =
-            self.tree.clusters.iter().filter(|c| single(c)).map(|c| (c.link & INDEX_MASK) as usize).collect();
+            self.tree.clusters.iter().filter(|c| c.is_single()).map(|c| (c.link & INDEX_MASK) as usize).collect();
         emitters.sort_unstable();
         emitters.dedup();
         emitters.into_iter()

@@ -83,10 +83,16 @@ pub struct Cluster {
 }
 
 impl Cluster {
+    /// Whether it is one light, or one side of one.
+    #[inline(always)]
+    pub const fn is_single(&self) -> bool {
+        self.link & SINGLE != 0
+    }
+
     /// Where the walk goes on past the cluster of that index.
     #[inline(always)]
     fn end(&self, index: u32) -> u32 {
-        if self.link & SINGLE != 0 { index + 1 } else { self.link }
+        if self.is_single() { index + 1 } else { self.link }
     }
 }
 
@@ -248,7 +254,7 @@ impl View {
     /// Whether no light of the cluster shines on any of the points.
     #[inline(always)]
     fn is_away(&self, cluster: &Cluster) -> bool {
-        if cluster.link & HALF != 0 && cluster.link & SINGLE != 0 {
+        if cluster.link & HALF != 0 && cluster.is_single() {
             // Of both sides exactly one is in front of a single point.
             cluster.axis.dot(self.y) - cluster.axis.abs().dot(self.open) >= 0.0
         } else {
@@ -361,9 +367,9 @@ enum Fate {
 #[inline(always)]
 fn fate<const TILE: bool>(field: &Field, cluster: &Cluster, view: &View, tolerance: f32, budget: &mut Budget) -> Fate {
     let sight = Sight::new::<TILE>(field, cluster, view);
-    if sight.error < sight.most && budget.accept(sight.error, tolerance) {
+    if sight.error < sight.most && budget.accept(sight.error, tolerance, true) {
         Fate::Whole
-    } else if budget.accept(sight.most, tolerance) {
+    } else if budget.accept(sight.most, tolerance, true) {
         Fate::Nothing
     } else {
         Fate::Refine
@@ -405,7 +411,7 @@ pub fn list_clusters(
     while i < end {
         let cluster = &clusters.clusters[i as usize];
         visited += 1;
-        let (is_single, skip) = (cluster.link & SINGLE != 0, cluster.end(i));
+        let (is_single, skip) = (cluster.is_single(), cluster.end(i));
         let view = View::new(cluster, &tile.position);
         let away = view.is_away(cluster);
         let mut listed = ListedCluster { cluster: i, whole: 0, open: 0 };
@@ -481,7 +487,7 @@ impl ClusterSums {
         while i < end {
             let cluster = &clusters.clusters[i as usize];
             self.visited += 1;
-            let (is_single, skip) = (cluster.link & SINGLE != 0, cluster.end(i));
+            let (is_single, skip) = (cluster.is_single(), cluster.end(i));
             let view = View::new(cluster, &point.position);
             let away = view.is_away(cluster);
             let mut singles = 0;
