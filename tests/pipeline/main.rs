@@ -9,6 +9,7 @@ mod brdf;
 mod browser;
 mod cases;
 mod cli;
+mod clusters;
 mod compare;
 mod edges;
 mod film;
