@@ -17,6 +17,7 @@ mod mask;
 mod mesh;
 mod metrics;
 mod mosaic;
+mod packets;
 mod page;
 mod paint;
 mod painter;
