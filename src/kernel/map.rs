@@ -234,7 +234,9 @@ impl<L: Lanes> CosineMap<L> {
     /// light's coordinates to f32 would show.
     #[inline(always)]
     pub fn is_close(&self) -> L::Mask {
-        (self.gram[0].max(self.gram[2]) * (CLOSE * CLOSE)).above(self.c2.length_squared())
+        // By the distance of the whole plane, D/|N'|: in a stretched space the foot, once it is kept near the light, may be far.
+        let reach = self.gram[0].max(self.gram[2]) * (CLOSE * CLOSE) * self.normal.length_squared();
+        reach.above(self.depth * self.depth)
     }
 
     /// The heights over a plane of a point relative to the foot (see [`super::horizon::Height`]), from the
