@@ -7,6 +7,7 @@ pub mod features;
 pub mod gather;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+pub mod packets;
 pub mod prepared;
 pub mod reference;
 mod sight;

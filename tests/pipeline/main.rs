@@ -18,6 +18,7 @@ mod mask;
 mod mesh;
 mod metrics;
 mod mosaic;
+mod packets;
 mod page;
 mod paint;
 mod painter;
