@@ -1,5 +1,6 @@
 //! Backends: the same request ([`Settings`]) and the same answer ([`Rendering`]) on CPU and GPU.
 
+pub mod clusters;
 pub mod cpu;
 pub mod emitter;
 pub mod exact;
@@ -78,8 +79,31 @@ pub struct Stats {
     pub nodes: u64,
     /// Parts of the shading that no surface needs and no sample paid for: `diffuse`, `specular`, `textures`, `horizons`.
     pub left_out: Vec<String>,
+    /// What clusters of lights have cost.
+    pub clusters: ClusterStats,
     /// Per light: its name and how many integrals were skipped, by reason.
     pub lights: Vec<LightStats>,
+}
+
+/// What clusters of lights have cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct ClusterStats {
+    /// Clusters visited for whole tiles.
+    pub by_tile: u64,
+    /// Clusters visited by single points.
+    pub by_point: u64,
+    /// Expansions evaluated, each of which stood for all lights of a cluster at a point.
+    pub whole: u64,
+}
+
+impl ClusterStats {
+    const fn plus(self, other: Self) -> Self {
+        Self {
+            by_tile: self.by_tile + other.by_tile,
+            by_point: self.by_point + other.by_point,
+            whole: self.whole + other.whole,
+        }
+    }
 }
 
 /// Why integrals of one light were skipped.
@@ -97,6 +121,8 @@ pub struct LightStats {
     pub no_lobe: u64,
     /// The light adds too little to be seen in the tile, see [`Skips::under_tolerance`].
     pub under_tolerance: u64,
+    /// A cluster stood for the light, or was left out with it.
+    pub clustered: u64,
     /// Of those behind: decided for a whole tile.
     pub behind_tile: u64,
     /// Of those below the horizon: decided for a whole tile.
@@ -106,7 +132,7 @@ pub struct LightStats {
 impl LightStats {
     /// Integrals skipped for any reason.
     pub const fn skipped(&self) -> u64 {
-        self.behind + self.below_horizon + self.no_lobe + self.under_tolerance
+        self.behind + self.below_horizon + self.no_lobe + self.under_tolerance + self.clustered
     }
 
     /// Counts another's integrals as this one's.
@@ -116,6 +142,7 @@ impl LightStats {
         self.below_horizon += other.below_horizon;
         self.no_lobe += other.no_lobe;
         self.under_tolerance += other.under_tolerance;
+        self.clustered += other.clustered;
         self.behind_tile += other.behind_tile;
         self.below_tile += other.below_tile;
     }
@@ -288,23 +315,52 @@ struct Counters {
     shaded: u64,
     integrals: u64,
     nodes: u64,
+    clusters: ClusterStats,
+    /// Samples at which the plain cosine and the lobe have a weight.
+    weighted: [u64; 2],
+    /// For each light, its integrals that clusters handed on.
+    handed: Vec<u64>,
     lights: Vec<LightStats>,
 }
 
 impl Counters {
     fn new(scene: &Scene) -> Self {
         let lights = scene.lights.iter().map(|l| LightStats { name: l.name.clone(), ..LightStats::default() });
-        Self { shaded: 0, integrals: 0, nodes: 0, lights: lights.collect() }
+        Self {
+            shaded: 0,
+            integrals: 0,
+            nodes: 0,
+            clusters: ClusterStats::default(),
+            weighted: [0; 2],
+            handed: vec![0; scene.lights.len()],
+            lights: lights.collect(),
+        }
     }
 
     fn plus(mut self, other: Self) -> Self {
         self.shaded += other.shaded;
         self.integrals += other.integrals;
         self.nodes += other.nodes;
+        self.clusters = self.clusters.plus(other.clusters);
+        self.weighted = [0, 1].map(|k| self.weighted[k] + other.weighted[k]);
+        self.handed.iter_mut().zip(&other.handed).for_each(|(a, b)| *a += b);
         for (a, b) in self.lights.iter_mut().zip(&other.lights) {
             a.add(b);
         }
         self
+    }
+
+    /// Counts what clusters have answered for their lights.
+    fn count_clustered(&mut self, prepared: &Prepared) {
+        let weighted = self.weighted.iter().sum::<u64>();
+        for emitter in prepared.clustered.emitters() {
+            let stats = &mut self.lights[prepared.emitters[emitter].light];
+            stats.no_lobe += 2 * self.shaded - weighted;
+            stats.clustered += weighted;
+        }
+        for (stats, handed) in self.lights.iter_mut().zip(&self.handed) {
+            stats.clustered -= handed;
+        }
     }
 }
 

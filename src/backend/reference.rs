@@ -82,6 +82,7 @@ pub fn render(
         integrals: cost.integrals,
         nodes: cost.nodes,
         left_out: prepared.features.left_out(),
+        clusters: super::ClusterStats::default(),
         lights: cost.lights,
     };
     Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })

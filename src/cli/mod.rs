@@ -1,6 +1,7 @@
 //! The command line: one file per verb; the only folder that prints.
 //!
-//! Exit codes: 0 done, 1 where `bench --check` finds that something got worse, 2 for an error, which is one message on standard error and leaves no file behind.
+//! Exit codes: 0 done; 1 where `stress` has broken something or `bench --check` finds that something got worse; 2 for an error,
+//! which is one message on standard error and leaves no file behind.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
@@ -17,11 +18,13 @@ mod progress;
 mod render;
 mod scene;
 mod stages;
+mod stress;
 mod technique;
 mod values;
 
 use crate::error::Error;
 use clap::{Parser, Subcommand};
+pub use probe::Case;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::Path;
@@ -47,6 +50,8 @@ enum Verb {
     Inspect(Box<inspect::Args>),
     /// The light meter: values without a picture
     Probe(probe::Args),
+    /// Try to break a technique, and show the smallest cases that do
+    Stress(stress::Args),
     /// Fit the table of linearly transformed cosines
     Fit(fit::Args),
 }
@@ -59,6 +64,7 @@ pub fn run(cli: Cli) -> ExitCode {
         Verb::Bench(args) => bench::run(&args),
         Verb::Inspect(args) => inspect::run(&args).map(|()| true),
         Verb::Probe(args) => probe::run(&args).map(|()| true),
+        Verb::Stress(args) => stress::run(&args),
         Verb::Fit(args) => fit::run(&args).map(|()| true),
     };
     match done {

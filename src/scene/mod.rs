@@ -7,6 +7,7 @@ pub mod folder;
 pub mod material;
 pub mod mesh;
 pub mod preset;
+pub mod signs;
 pub mod surface;
 pub mod texture;
 pub mod trial;

@@ -1,9 +1,10 @@
 //! One LTC integral per pixel: what a light costs by the number of its curves.
 //!
 //! The floor of a 1024 × 1024 picture, alpha 0.25, lights standing 0.15 m above it. Every light goes the same way; the
-//! rectangle is the unit to compare with. `integral` times the integral alone on one thread, at a hundredth of the
-//! pixels; `picture` the whole shading stage of a metal floor on each backend. Run: `cargo bench --bench integral`. What each
-//! technique takes, and how wrong it is, `glyphlight bench` tells.
+//! rectangle is the unit to compare with. `integral` times the integral alone on one thread, in blocks of 4 × 4 pixels spread over
+//! the picture; `picture` the whole shading stage of a metal floor on each backend; `lights` that of a floor under 1 to 1000
+//! signs, clustered and one by one. Run: `cargo bench --bench integral`. What each technique takes, and how wrong it is,
+//! `glyphlight bench` tells.
 
 #![allow(clippy::print_stdout, reason = "a backend that is skipped is said aloud")]
 
@@ -12,18 +13,25 @@ use glam::DVec3;
 use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::emitter::Emitter;
 use glyphlight::backend::gather::Images;
+use glyphlight::backend::packets::{PointPacket, Question, tree_of};
 use glyphlight::backend::prepared::Prepared;
-use glyphlight::backend::{Backend, BackendError, Settings};
+use glyphlight::backend::{Backend, BackendError, Settings, Skips};
 use glyphlight::brdf::ltc::Table;
 use glyphlight::kernel::frame::ShadingFrame;
-use glyphlight::kernel::tree::Budget;
-use glyphlight::scene::Scene;
+use glyphlight::kernel::packet::{MAX_LANES, Processor};
+use glyphlight::outline::font::Font;
+use glyphlight::outline::text::{TextStyle, layout};
+use glyphlight::scene::signs::{SignsOptions, signs};
 use glyphlight::scene::trial::{self, Finish, Trial};
+use glyphlight::scene::{Material, Scene};
 use std::hint::black_box;
 use std::time::Duration;
 
 /// Rectangle, glyph, line of text, paragraph.
 const LIGHTS: [Trial; 4] = [Trial::Rectangle, Trial::Glyph, Trial::Line, Trial::Paragraph];
+
+/// Pixels along a side of a picture of many lights.
+const LIGHTS_SIDE: u64 = 256;
 
 fn settings(tolerance: f32) -> Settings {
     Settings { width: 1024, height: 1024, samples: 1, tolerance, ..Settings::default() }
@@ -34,32 +42,46 @@ fn scene(trial: Trial) -> Scene {
     trial::scene(trial.layers().expect("a light"), Finish::Gloss(0.25))
 }
 
-/// Points of the floor and directions towards the eye, a thousandth of the picture's pixels, spread over it.
+/// Points of the floor, blocks of 4 × 4 pixels one after the other.
 fn floor_points(prepared: &Prepared) -> Vec<(DVec3, ShadingFrame)> {
     let mut points = Vec::new();
-    for i in 0..(1024 * 1024 / 97) {
-        let pixel = i * 97;
-        let (x, y) = (f64::from(pixel % 1024) + 0.5, f64::from(pixel / 1024) + 0.5);
-        let direction = prepared.rays.direction((x / 512.0 - 1.0) as f32, (1.0 - y / 512.0) as f32).as_dvec3();
-        if direction.y >= -1e-3 {
-            continue;
-        }
-        let position = direction * (-3.0 / direction.y);
-        if position.length() < 20.0 {
-            points.push((position, ShadingFrame::new(DVec3::Y, -direction.normalize())));
+    for block in (0..256 * 256).step_by(61) {
+        let (x0, y0) = (block % 256 * 4, block / 256 * 4);
+        for i in 0..16 {
+            let (x, y) = (f64::from(x0 + i % 4) + 0.5, f64::from(y0 + i / 4) + 0.5);
+            let direction = prepared.rays.direction((x / 512.0 - 1.0) as f32, (1.0 - y / 512.0) as f32).as_dvec3();
+            if direction.y >= -1e-3 {
+                continue;
+            }
+            let position = direction * (-3.0 / direction.y);
+            if position.length() < 20.0 {
+                points.push((position, ShadingFrame::new(DVec3::Y, -direction.normalize())));
+            }
         }
     }
     points
 }
 
-fn integrate(emitter: &Emitter, points: &[(DVec3, ShadingFrame)], tolerance: f32, lobes: bool) -> f64 {
-    let table = Table::shipped();
+/// As the CPU backend does: packet by packet, and point by point where the light is close.
+fn integrate(emitter: &Emitter, points: &[(DVec3, ShadingFrame)], tolerance: f32, specular: bool) -> f64 {
+    let (table, processor) = (Table::shipped(), Processor::default());
+    let tree = tree_of(emitter).expect("a tree");
+    let lobe = |frame: &ShadingFrame| table.lobe(0.25, frame.cos_theta as f32);
+    let question =
+        Question { emitter, tree, specular, asking: u32::MAX, tolerance: [tolerance; MAX_LANES], may_be_cut: true };
+    let mut packet = PointPacket::default();
     let mut sum = 0.0;
-    for (position, frame) in points {
-        let Ok(images) = Images::new(emitter, frame, *position) else { continue };
-        let lobe = lobes.then(|| table.lobe(0.25, frame.cos_theta as f32));
-        if let Ok(integral) = images.integral(emitter, lobe.as_ref(), tolerance, &mut Budget::default()) {
-            sum += integral.value.x;
+    for points in points.chunks(processor.lanes()) {
+        packet.clear();
+        points.iter().for_each(|(position, frame)| packet.push(*position, frame, &lobe(frame)));
+        let answer = packet.ask(processor, &question);
+        sum += answer.value.iter().map(|&value| f64::from(value)).sum::<f64>();
+        for (lane, (position, frame)) in points.iter().enumerate().filter(|(lane, _)| answer.alone >> lane & 1 == 1) {
+            let Ok(images) = Images::new(emitter, frame, *position) else { continue };
+            let lobe = specular.then(|| lobe(frame));
+            if let Ok(integral) = images.integral(emitter, lobe.as_ref(), tolerance, &mut packet.budget(lane)) {
+                sum += integral.value.x;
+            }
         }
     }
     sum
@@ -96,15 +118,51 @@ fn picture(c: &mut Criterion) {
         for trial in LIGHTS {
             let scene = scene(trial);
             group.bench_function(BenchmarkId::from_parameter(trial), |b| {
-                b.iter_custom(|times| (0..times).map(|_| shading(backend.as_ref(), &scene)).sum());
+                b.iter_custom(|times| (0..times).map(|_| shading(backend.as_ref(), &scene, &settings(1e-3))).sum());
             });
         }
         group.finish();
     }
 }
 
-fn shading(backend: &dyn Backend, scene: &Scene) -> Duration {
-    let stats = backend.render(scene, &settings(1e-3)).expect("a picture").stats;
+/// Signs over a floor, on all threads. Their floor grows with their number, or their size shrinks on the same floor.
+fn lights_together(c: &mut Criterion) {
+    let words = ["OPEN", "BAR", "HOTEL", "24h", "CAFE"].map(|word| {
+        let font = Font::bundled("DejaVu Sans").expect("bundled");
+        layout(word, &[font], &TextStyle::default()).expect("Latin text").shape
+    });
+    let diffuse = Material { specular: 0.0, ..Material::default() };
+    let glossy = Material { metallic: 1.0, alpha: 0.25, ..Material::default() };
+    for (floor, material) in [("diffuse", diffuse), ("glossy", glossy)] {
+        for same_area in [false, true] {
+            let area = if same_area { "constant area" } else { "constant density" };
+            let mut group = c.benchmark_group(format!("lights, {floor}, {area}, tolerance 1e-3"));
+            group.sample_size(10).throughput(Throughput::Elements(LIGHTS_SIDE * LIGHTS_SIDE));
+            for count in [1, 10, 100, 1000] {
+                let mut options = SignsOptions { count, material, ..SignsOptions::default() };
+                if same_area {
+                    let width = (10.0 / f64::from(count)).sqrt();
+                    options = SignsOptions { width, heights: options.heights.map(|h| h / width), ..options };
+                }
+                let scene = signs(&words, &options);
+                for (name, clusters) in [("clusters", true), ("one by one", false)] {
+                    let skips = Skips { clusters, ..Skips::default() };
+                    let side = LIGHTS_SIDE as u32;
+                    let settings = Settings { width: side, height: side, skips, ..settings(1e-3) };
+                    if clusters || count <= 100 {
+                        group.bench_function(BenchmarkId::new(name, count), |b| {
+                            b.iter_custom(|times| (0..times).map(|_| shading(&CpuBackend, &scene, &settings)).sum());
+                        });
+                    }
+                }
+            }
+            group.finish();
+        }
+    }
+}
+
+fn shading(backend: &dyn Backend, scene: &Scene, settings: &Settings) -> Duration {
+    let stats = backend.render(scene, settings).expect("a picture").stats;
     let stage = stats.stages.iter().find(|(name, _)| name == "shading").expect("a shading stage");
     Duration::from_secs_f64(stage.1)
 }
@@ -120,5 +178,5 @@ fn gpu() -> Result<Box<dyn Backend>, BackendError> {
     Err(BackendError::NoAdapter("built without the feature `gpu`".into()))
 }
 
-criterion_group!(benches, integral, picture);
+criterion_group!(benches, integral, picture, lights_together);
 criterion_main!(benches);
