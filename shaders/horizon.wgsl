@@ -5,6 +5,9 @@
 // planes are in use: z = 0 of cosine space, where the clamped cosine ends, and the true horizon of the
 // surface, which a tilted lobe dips below.
 
+// Whether any light may be cut by the horizon of a surface or of a lobe.
+override HORIZONS: bool = true;
+
 // An end of a line that has none.
 const UNBOUNDED: f32 = 3e38;
 
@@ -101,6 +104,9 @@ fn ending_at(plane_any: Horizon, corner: vec3f, upwards: bool) -> Horizon {
 // surface's true horizon in cosine space, up to a positive factor: z alone where that is z = 0 itself.
 fn clip_light(map: CosineMap, axis_any: vec3f, center: vec2f, half: vec2f) -> Clip {
     var clip: Clip;
+    if !HORIZONS {
+        return clip;
+    }
     let lobe = height_over(map, vec3f(map.c0.z, map.c1.z, map.c2.z));
     let side = box_side(lobe, center, half);
     // A plane that is z = 0 must not be closed twice.

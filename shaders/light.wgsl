@@ -3,40 +3,97 @@
 // Whether any material has a diffuse part.
 override DIFFUSE: bool = true;
 
-const SKIP_REASONS: u32 = 3u;
-
 @compute @workgroup_size(8, 8)
-fn light_pixels(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id) group: vec3u) {
-    if any(id.xy >= frame.tile_size) {
-        return;
+fn light_pixels(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_index) local: u32,
+) {
+    var there = all(id.xy < frame.tile_size);
+    var position: vec3f;
+    var shading: ShadingFrame;
+    var weights: Reflectance;
+    if there {
+        let direction = ray_direction(frame.tile_origin + id.xy, frame.offset);
+        let nearest = nearest_at(id.xy, direction);
+        there = nearest.hit.t >= 0.0;
+        if there {
+            let point = surface_point(nearest.index, direction, nearest.hit);
+            position = point.position;
+            shading = shading_frame(point.normal, point.view);
+            weights = reflectance(point, shading.cos_theta);
+        }
     }
-    let direction = ray_direction(frame.tile_origin + id.xy, frame.offset);
-    let nearest = nearest_at(id.xy, direction);
-    if nearest.hit.t < 0.0 {
-        return;
+    let row = (group.x + 7u * group.y) % SKIP_ROWS;
+    var tile: TileBounds;
+    var skipped = FirstSkipped(BUCKETS, 0.0);
+    if TILES {
+        add_to_tile(local, there, position, shading, weights);
+        sum_up_tile(local);
+        if workgroupUniformLoad(&tile_summary[SLOT_COUNTS]) == 0.0 {
+            return;
+        }
+        tile = tile_bounds();
+        if SKIP_UNDER_TOLERANCE {
+            skipped = sort_lights(local, tile);
+        }
     }
-    let point = surface_point(nearest.index, direction, nearest.hit);
-    add_light(id.y * frame.tile_size.x + id.x, point, (group.x + 7u * group.y) % SKIP_ROWS);
-}
-
-// Adds what a point reflects towards the eye to its pixel.
-fn add_light(pixel: u32, point: SurfacePoint, row: u32) {
-    let shading = shading_frame(point.normal, point.view);
-    let weights = reflectance(point, shading.cos_theta);
-    var sums = array<vec3f, 2>();
-    var visited = 0u;
-    // Behind, below the horizon, without such a lobe.
-    var skipped = vec3u();
+    var sums = Sums();
     // One budget for all lights and lobes: it is the picture that is within the tolerance.
     var budget = Budget(0.0, 1.0);
-    for (var i = 0u; i < frame.emitters; i++) {
-        let emitter = emitters[i];
-        let images = light_images(shading, emitter, point.position);
-        if is_behind(emitter, images) {
-            skipped.x += 2u;
-        } else {
-            skipped.z += u32(!DIFFUSE) + u32(!SPECULAR);
+    let tolerance = frame.tolerance * (1.0 - skipped.spent * SKIP_SHARE);
+    for (var first = 0u; first < frame.emitters; first += CHUNK) {
+        if TILES {
+            list_lights(local, row, first, tile, skipped);
+        }
+        if there {
+            add_lights(first, position, shading, weights, row, tolerance, &budget, &sums);
+        }
+    }
+    if there {
+        add_to_pixel(id.y * frame.tile_size.x + id.x, sums);
+    }
+}
+
+// What a point reflects towards the eye, and what that took.
+struct Sums {
+    reflected: array<vec3f, 2>,
+    visited: u32,
+}
+
+// Adds what a point reflects of the listed lights of a chunk.
+fn add_lights(
+    first: u32,
+    position: vec3f,
+    shading: ShadingFrame,
+    weights: Reflectance,
+    row: u32,
+    tolerance: f32,
+    budget: ptr<function, Budget>,
+    sums: ptr<function, Sums>,
+) {
+    var reasons = array<u32, SKIP_REASONS>();
+    var light = NO_LIGHT;
+    for (var word = 0u; word < CHUNK_WORDS && first + word * 32u < frame.emitters; word++) {
+        let lobes = array(listed_word(0u, word, first), listed_word(1u, word, first));
+        for (var left = lobes[0] | lobes[1]; left != 0u; left &= left - 1u) {
+            let bit = firstTrailingBit(left);
+            let emitter = emitters[first + word * 32u + bit];
+            if emitter.light != light {
+                count_skips(row, light, reasons);
+                reasons = array<u32, SKIP_REASONS>();
+                light = emitter.light;
+            }
+            let images = light_images(shading, emitter, position);
+            if is_behind(emitter, images) {
+                reasons[0] += ((lobes[0] >> bit) & 1u) + ((lobes[1] >> bit) & 1u);
+                continue;
+            }
+            reasons[2] += u32(!DIFFUSE) * ((lobes[0] >> bit) & 1u) + u32(!SPECULAR) * ((lobes[1] >> bit) & 1u);
             for (var k = select(1u, 0u, DIFFUSE); k < select(1u, 2u, SPECULAR); k++) {
+                if ((lobes[k] >> bit) & 1u) == 0u {
+                    continue;
+                }
                 var lobe = plain_cosine();
                 var weight = weights.diffuse;
                 if k == 1u {
@@ -45,39 +102,26 @@ fn add_light(pixel: u32, point: SurfacePoint, row: u32) {
                 }
                 weight *= emitter.radiance;
                 let brightest = max_element(weight);
-                if brightest <= 0.0 {
-                    skipped.z += 1u;
+                if SKIP_LOBES && brightest <= 0.0 {
+                    reasons[2] += 1u;
                     continue;
                 }
-                let gathered = gather(emitter, images, lobe, frame.tolerance / brightest, &budget);
-                sums[k] += weight * gathered.value * images.sign;
-                visited += gathered.visited;
-                skipped.x += u32(gathered.skip == SKIP_BEHIND);
-                skipped.y += u32(gathered.skip == SKIP_BELOW_HORIZON);
+                let gathered = gather(emitter, images, lobe, tolerance / select(1.0, brightest, brightest > 0.0), budget);
+                (*sums).reflected[k] += weight * gathered.value * images.sign;
+                (*sums).visited += gathered.visited;
+                reasons[0] += u32(gathered.skip == SKIP_BEHIND);
+                reasons[1] += u32(gathered.skip == SKIP_BELOW_HORIZON);
             }
         }
-        if i + 1u == frame.emitters || emitters[i + 1u].light != emitter.light {
-            count_skips(row, emitter.light, skipped);
-            skipped = vec3u();
-        }
     }
-    pixels[pixel].diffuse += sums[0];
-    pixels[pixel].specular += sums[1];
-    // The carry of the visited nodes goes to the upper half of the samples.
-    let nodes_before = pixels[pixel].nodes;
-    pixels[pixel].nodes = nodes_before + visited;
-    pixels[pixel].samples += 1u + select(0u, 0x10000u, nodes_before + visited < nodes_before);
+    count_skips(row, light, reasons);
 }
 
-// Adds to the 64-bit counters of a light. Rows keep workgroups out of each other's way.
-fn count_skips(row: u32, light: u32, skipped: vec3u) {
-    for (var reason = 0u; reason < SKIP_REASONS; reason++) {
-        if skipped[reason] > 0u {
-            let at = 2u * ((row * frame.lights + light) * SKIP_REASONS + reason);
-            let before = atomicAdd(&skips[at], skipped[reason]);
-            if before + skipped[reason] < before {
-                atomicAdd(&skips[at + 1u], 1u);
-            }
-        }
-    }
+fn add_to_pixel(pixel: u32, sums: Sums) {
+    pixels[pixel].diffuse += sums.reflected[0];
+    pixels[pixel].specular += sums.reflected[1];
+    // The carry of the visited nodes goes to the upper half of the samples.
+    let nodes_before = pixels[pixel].nodes;
+    pixels[pixel].nodes = nodes_before + sums.visited;
+    pixels[pixel].samples += 1u + select(0u, 0x10000u, nodes_before + sums.visited < nodes_before);
 }

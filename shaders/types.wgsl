@@ -1,5 +1,5 @@
 // Structs and bindings of all passes. The structs' layouts are those of the Rust types of the same names, which a test holds
-// them against: src/kernel/{picture,quad,surface,tree}.rs and src/backend/gpu/layout.rs, which say what each member is.
+// them against: src/kernel/{picture,quad,surface,tile,tree}.rs and src/backend/gpu/layout.rs, which say what each member is.
 //
 // Positions are relative to the camera, in metres.
 
@@ -73,6 +73,19 @@ struct Emitter {
     radius: f32,
     length: f32,
     picture: u32,
+}
+
+struct LightBox {
+    center: vec3f,
+    area: f32,
+    x: vec3f,
+    half_x: f32,
+    y: vec3f,
+    half_y: f32,
+    z: vec3f,
+    half_z: f32,
+    radiance: vec3f,
+    one_sided: u32,
 }
 
 struct Node {
@@ -154,6 +167,7 @@ struct Reading {
 @group(0) @binding(8) var<storage, read> ltc_table: array<vec4f>;
 @group(0) @binding(9) var<storage, read> boxes: array<Box>;
 // 6 and 7 are the lights' regions as the technique reads them: gather_*.wgsl. 10 and 11 are their pictures: picture.wgsl.
+// 12 are their boxes: light_list.wgsl.
 
 // Shading: the triangle seen at the sample, plus one (0 = none), with a border of one pixel; what it adds to.
 @group(1) @binding(0) var visibility: texture_2d<u32>;

@@ -1,16 +1,21 @@
-//! The CPU backend: rows of pixels over rayon, no driver needed.
+//! The CPU backend: tiles of pixels over rayon, no driver needed.
 
-use super::emitter::Skip;
+use super::emitter::{Emitter, Skip};
 use super::gather::Images;
+use super::packets::{PointPacket, Question, tree_of};
 use super::prepared::Prepared;
 use super::surfaces::Surfaces;
+use super::tile::{LightList, Listed, SIDE, TilePoints};
 use super::{Backend, BackendError, Counters, Rendering, Settings, Shaded, Stats, Stopwatch, Technique, reference};
-use crate::brdf::ltc::Table;
+use crate::brdf::ltc::{Lobe, Table};
 use crate::kernel::frame::ShadingFrame;
-use crate::kernel::surface::{SurfacePoint, surface_point};
-use crate::kernel::tree::Budget;
+use crate::kernel::packet::{MAX_LANES, Processor};
+use crate::kernel::reflect::Reflectance;
+use crate::kernel::surface::surface_point;
+
+use crate::light::tree::Tree;
 use crate::scene::Scene;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// Renders on the processor.
@@ -27,36 +32,30 @@ impl Backend for CpuBackend {
         watch.lap("trees");
         let surfaces = Surfaces::new(&prepared);
         watch.lap("surfaces");
-        let table = Table::shipped();
+        let processor = Processor::default();
         let width = settings.width as usize;
         let mut pixels = vec![Shaded::default(); width * settings.height as usize];
         let counters = pixels
-            .par_chunks_mut(width)
-            .enumerate()
-            .map(|(y, row)| {
-                let mut counters = Counters::new(scene);
-                for (x, pixel) in row.iter_mut().enumerate() {
+            .par_chunks_mut(width * SIDE as usize)
+            .zip((0..settings.height).into_par_iter().step_by(SIDE as usize))
+            .map(|(rows, y)| {
+                let mut shader = Shader {
+                    prepared: &prepared,
+                    surfaces: &surfaces,
+                    settings,
+                    processor,
+                    list: LightList::default(),
+                    points: Vec::new(),
+                    packets: Vec::new(),
+                    counters: Counters::new(scene),
+                };
+                for x in (0..settings.width).step_by(SIDE as usize) {
                     for &offset in &prepared.offsets {
-                        let direction = settings.direction(&prepared.rays, x as u32, y as u32, offset);
-                        let Some((index, hit)) = surfaces.nearest(direction) else { continue };
-                        let point = surface_point(
-                            &prepared.triangles[index],
-                            &prepared.materials,
-                            &prepared.textures(),
-                            &prepared.rays,
-                            direction,
-                            hit,
-                        );
-                        let before = counters.nodes;
-                        let [diffuse, specular] = shade(&prepared, table, settings, &point, &mut counters);
-                        pixel.diffuse += diffuse;
-                        pixel.specular += specular;
-                        pixel.coverage += 1.0;
-                        pixel.parts += (counters.nodes - before) as f32;
+                        shader.shade_tile(rows, [x, y], offset);
                     }
-                    pixel.scale(1.0 / settings.samples as f32);
                 }
-                counters
+                rows.iter_mut().for_each(|pixel| pixel.scale(1.0 / settings.samples as f32));
+                shader.counters
             })
             .reduce(|| Counters::new(scene), Counters::plus);
         watch.lap("shading");
@@ -64,61 +63,218 @@ impl Backend for CpuBackend {
         watch.lap("lights in view");
         let stats = Stats {
             backend: "cpu".into(),
-            device: format!("{} threads", rayon::current_num_threads()),
+            device: format!("{} threads, packets of {}", rayon::current_num_threads(), processor.lanes()),
             technique: settings.technique.to_string(),
             stages: watch.laps,
             shaded: counters.shaded,
             integrals: counters.integrals,
             nodes: counters.nodes,
+            left_out: prepared.features.left_out(),
             lights: counters.lights,
         };
         Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })
     }
 }
 
-/// Diffuse and specular radiance of a point towards the eye.
-fn shade(
-    prepared: &Prepared,
-    table: &Table,
-    settings: &Settings,
-    point: &SurfacePoint,
-    counters: &mut Counters,
-) -> [Vec3; 2] {
-    counters.shaded += 1;
-    let position = point.position.as_dvec3();
-    let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
-    let reflectance = point.reflectance(prepared.lobe(table, point.alpha, frame.cos_theta as f32));
-    let [mut diffuse, mut specular] = [Vec3::ZERO; 2];
-    let mut budget = Budget::default();
-    for emitter in &prepared.emitters {
-        let stats = &mut counters.lights[emitter.light];
-        stats.candidates += 2;
-        let images = match Images::new(emitter, &frame, position) {
-            Ok(images) => images,
-            Err(_) => {
-                stats.behind += 2;
+/// Shades tiles.
+struct Shader<'a> {
+    prepared: &'a Prepared,
+    surfaces: &'a Surfaces<'a>,
+    settings: &'a Settings,
+    processor: Processor,
+    list: LightList,
+    points: Vec<TilePoint>,
+    /// The points again, as many to a packet as the processor has lanes.
+    packets: Vec<PointPacket>,
+    counters: Counters,
+}
+
+/// A shading point of a tile.
+struct TilePoint {
+    /// Index in the rows of the tile.
+    pixel: usize,
+    position: DVec3,
+    frame: ShadingFrame,
+    reflectance: Reflectance,
+    /// Radiance towards the eye, diffuse and specular.
+    sums: [Vec3; 2],
+    /// What its integrals were made of.
+    parts: u32,
+}
+
+impl TilePoint {
+    /// What an integral of the diffuse or the specular lobe is weighted with.
+    fn weight(&self, lobe: usize) -> Vec3 {
+        [self.reflectance.diffuse, self.reflectance.specular][lobe]
+    }
+
+    fn lobe(&self, lobe: usize) -> Option<&Lobe> {
+        [None, Some(&self.reflectance.lobe)][lobe]
+    }
+
+    fn add(&mut self, lobe: usize, radiance: Vec3, visited: u32, counters: &mut Counters) {
+        self.sums[lobe] += radiance;
+        self.parts += visited;
+        counters.integrals += 1;
+        counters.nodes += u64::from(visited);
+    }
+}
+
+/// Sides of the blocks of pixels that packets are made of, as square as can be.
+const BLOCK: u32 = 4;
+
+impl Shader<'_> {
+    /// Adds one sample of every pixel of the tile at `first` to `rows`, which begin at its upper edge.
+    fn shade_tile(&mut self, rows: &mut [Shaded], first: [u32; 2], offset: [f32; 2]) {
+        let tile = self.find_points(rows.len() / self.settings.width as usize, first, offset);
+        if tile.count == 0 {
+            return;
+        }
+        self.list.fill(self.prepared, self.settings.tolerance, &tile);
+        self.list.count(self.prepared, &tile, &mut self.counters);
+        self.counters.shaded += tile.count;
+        for emitter in &self.prepared.emitters {
+            self.counters.lights[emitter.light].candidates += 2 * tile.count;
+        }
+        for i in 0..self.list.listed.len() {
+            let Listed { emitter, lobes } = self.list.listed[i];
+            let emitter = &self.prepared.emitters[emitter];
+            match tree_of(emitter) {
+                Some(tree) => self.light_packets(emitter, tree, lobes),
+                None => self.light_points(emitter, lobes),
+            }
+        }
+        for point in &self.points {
+            let pixel = &mut rows[point.pixel];
+            pixel.diffuse += point.sums[0];
+            pixel.specular += point.sums[1];
+            pixel.coverage += 1.0;
+            pixel.parts += point.parts as f32;
+        }
+    }
+
+    /// Finds what the camera sees in a tile of that many rows.
+    fn find_points(&mut self, height: usize, [x0, y0]: [u32; 2], offset: [f32; 2]) -> TilePoints {
+        let (prepared, settings) = (self.prepared, self.settings);
+        let (width, height) = (SIDE.min(settings.width - x0), height as u32);
+        let mut tile = TilePoints::NONE;
+        self.points.clear();
+        self.packets.clear();
+        for i in 0..SIDE * SIDE {
+            // Pixel by pixel in a block, block by block in the tile.
+            let (block, i) = (i / (BLOCK * BLOCK), i % (BLOCK * BLOCK));
+            let x = block % (SIDE / BLOCK) * BLOCK + i % BLOCK;
+            let y = block / (SIDE / BLOCK) * BLOCK + i / BLOCK;
+            if x >= width || y >= height {
                 continue;
             }
-        };
-        let lobes =
-            [(None, reflectance.diffuse, &mut diffuse), (Some(&reflectance.lobe), reflectance.specular, &mut specular)];
-        for (lobe, weight, sum) in lobes {
-            let weight = weight * emitter.radiance;
-            let brightest = weight.max_element();
-            if brightest <= 0.0 {
-                stats.no_lobe += 1;
-                continue;
+            let direction = settings.direction(&prepared.rays, x0 + x, y0 + y, offset);
+            let Some((index, hit)) = self.surfaces.nearest(direction) else { continue };
+            let triangle = &prepared.triangles[index];
+            let (materials, textures, rays) = (&prepared.materials, prepared.textures(), &prepared.rays);
+            let point = surface_point(triangle, materials, &textures, rays, direction, hit);
+            let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
+            let lobe = prepared.lobe(Table::shipped(), point.alpha, frame.cos_theta as f32);
+            let reflectance = point.reflectance(lobe);
+            tile.add(point.position, &frame, &reflectance);
+            let position = point.position.as_dvec3();
+            if self.points.len().is_multiple_of(self.processor.lanes()) {
+                self.packets.push(PointPacket::default());
             }
-            match images.integral(emitter, lobe, settings.tolerance / brightest, &mut budget) {
-                Ok(integral) => {
-                    counters.integrals += 1;
-                    counters.nodes += u64::from(integral.visited);
-                    *sum += weight * integral.value.as_vec3();
+            if let Some(packet) = self.packets.last_mut() {
+                packet.push(position, &frame, &reflectance.lobe);
+            }
+            let pixel = y as usize * settings.width as usize + (x0 + x) as usize;
+            self.points.push(TilePoint { pixel, position, frame, reflectance, sums: [Vec3::ZERO; 2], parts: 0 });
+        }
+        tile
+    }
+
+    /// The error that an integral may have which is weighted with `weight`.
+    fn tolerance(&self, weight: Vec3) -> f32 {
+        let brightest = weight.max_element();
+        self.list.tolerance / if brightest > 0.0 { brightest } else { 1.0 }
+    }
+
+    /// Whether an integral with that weight is evaluated.
+    fn counts(&self, weight: Vec3) -> bool {
+        weight.max_element() > 0.0 || !self.settings.skips.lobes
+    }
+
+    /// Adds the light of an emission to all points, packet by packet.
+    fn light_packets(&mut self, emitter: &Emitter, tree: &Tree, lobes: [bool; 2]) {
+        let lanes = self.processor.lanes();
+        for first in (0..self.points.len()).step_by(lanes) {
+            for lobe in (0..2).filter(|&lobe| lobes[lobe]) {
+                let points = &self.points[first..self.points.len().min(first + lanes)];
+                let mut asking = 0;
+                let mut tolerance = [0.0; MAX_LANES];
+                for (lane, point) in points.iter().enumerate() {
+                    let weight = point.weight(lobe) * emitter.radiance;
+                    asking |= u32::from(self.counts(weight)) << lane;
+                    tolerance[lane] = self.tolerance(weight);
                 }
-                Err(Skip::Behind) => stats.behind += 1,
-                Err(Skip::BelowHorizon) => stats.below_horizon += 1,
+                let may_be_cut = self.prepared.features.horizons;
+                let question = Question { emitter, tree, specular: lobe == 1, asking, tolerance, may_be_cut };
+                let answer = self.packets[first / lanes].ask(self.processor, &question);
+                let stats = &mut self.counters.lights[emitter.light];
+                stats.behind += u64::from(answer.behind.count_ones());
+                stats.below_horizon += u64::from(answer.below.count_ones());
+                stats.no_lobe += u64::from((!asking & !answer.behind & bits(points.len())).count_ones());
+                for lane in (0..points.len()).filter(|&lane| answer.integrated >> lane & 1 == 1) {
+                    let point = &mut self.points[first + lane];
+                    let radiance = point.weight(lobe) * emitter.radiance * answer.value[lane];
+                    point.add(lobe, radiance, answer.visited[lane], &mut self.counters);
+                }
+                for lane in (0..lanes).filter(|&lane| answer.alone >> lane & 1 == 1) {
+                    self.light_point(emitter, lobe, first + lane);
+                }
             }
         }
     }
-    [diffuse, specular]
+
+    /// Adds the light of an emission to all points, one by one.
+    fn light_points(&mut self, emitter: &Emitter, lobes: [bool; 2]) {
+        for i in 0..self.points.len() {
+            for lobe in (0..2).filter(|&lobe| lobes[lobe]) {
+                self.light_point(emitter, lobe, i);
+            }
+        }
+    }
+
+    /// Adds what one lobe of one point reflects of an emission.
+    fn light_point(&mut self, emitter: &Emitter, lobe: usize, i: usize) {
+        let point = &self.points[i];
+        let weight = point.weight(lobe) * emitter.radiance;
+        let (counts, tolerance) = (self.counts(weight), self.tolerance(weight));
+        let (packet, lane) = (&mut self.packets[i / self.processor.lanes()], i % self.processor.lanes());
+        let stats = &mut self.counters.lights[emitter.light];
+        let images = match Images::new(emitter, &point.frame, point.position) {
+            Ok(_) if !counts => {
+                stats.no_lobe += 1;
+                return;
+            }
+            Ok(images) if self.prepared.features.horizons => images,
+            Ok(images) => images.uncut(),
+            Err(_) => {
+                stats.behind += 1;
+                return;
+            }
+        };
+        let mut budget = packet.budget(lane);
+        match images.integral(emitter, point.lobe(lobe), tolerance, &mut budget) {
+            Ok(integral) => {
+                let radiance = weight * integral.value.as_vec3();
+                self.points[i].add(lobe, radiance, integral.visited, &mut self.counters);
+            }
+            Err(Skip::Behind) => stats.behind += 1,
+            Err(Skip::BelowHorizon) => stats.below_horizon += 1,
+        }
+        packet.set_budget(lane, budget);
+    }
+}
+
+/// That many bits.
+const fn bits(count: usize) -> u32 {
+    (1 << count) - 1
 }

@@ -5,12 +5,13 @@ use super::emitter::{Emitter, Geometry, Skip};
 use super::exact::{ExactMap, exact_integral};
 use super::reference;
 use super::reference::lights::Light;
-use crate::brdf::ltc::Lobe;
+use crate::brdf::ltc::{InverseMatrix, Lobe};
 use crate::kernel::body::{FacingTube, facing_disc};
 use crate::kernel::curve::EdgeSum;
 use crate::kernel::frame::ShadingFrame;
-use crate::kernel::horizon::{Clip, Height, Horizon, TrueHorizon};
-use crate::kernel::map::CosineMap;
+use crate::kernel::horizon::{Clip, Clipped, Height, Horizon, TrueHorizon};
+use crate::kernel::lanes::{Doubles, Lanes, Vector};
+use crate::kernel::map::{CosineMap, PlanePoint};
 use crate::kernel::mosaic::mosaic_integral;
 use crate::kernel::pal::{pal_diffuse, pal_specular};
 use crate::kernel::picture::{Footprint, fetch};
@@ -63,6 +64,8 @@ pub struct Images {
     back: bool,
     /// 1, or −1 for a face that hides a part of the faces before it.
     sign: f64,
+    /// Whether a horizon may cut the light.
+    may_be_cut: bool,
 }
 
 impl Images {
@@ -76,12 +79,18 @@ impl Images {
         }
         let back = front < 0.0 && !whole;
         let hides = back && matches!(emitter.facing, Facing::End { .. });
-        Ok(Self { c: c.map(|v| frame.to_local(v)), back, sign: if hides { -1.0 } else { 1.0 } })
+        Ok(Self { c: c.map(|v| frame.to_local(v)), back, sign: if hides { -1.0 } else { 1.0 }, may_be_cut: true })
     }
 
     /// The images given, of an emitter whose front the point sees.
     pub const fn in_cosine_space(c: [DVec3; 3]) -> Self {
-        Self { c, back: false, sign: 1.0 }
+        Self { c, back: false, sign: 1.0, may_be_cut: true }
+    }
+
+    /// The images of a light that is known to be above every horizon.
+    #[must_use]
+    pub const fn uncut(self) -> Self {
+        Self { may_be_cut: false, ..self }
     }
 
     /// The clamped-cosine integral over the light: of the plain cosine, or of a lobe clipped at its horizons.
@@ -95,26 +104,20 @@ impl Images {
         tolerance: f32,
         budget: &mut Budget,
     ) -> Result<Gathered, Skip> {
-        let c = match lobe {
-            Some(lobe) => {
-                let m_inv = lobe.m_inv.mat3().as_dmat3();
-                self.c.map(|v| m_inv * v)
-            }
-            None => self.c,
-        };
+        let c = || self.in_lobe(lobe);
         let gathered = match &emitter.geometry {
-            Geometry::Tree(tree) => self.by_tree(c, emitter, tree, lobe, tolerance, budget)?,
-            Geometry::Quad(quad) => self.by_quad(c, emitter, quad)?,
-            Geometry::Mosaic(mosaic) => self.by_mosaic(c, mosaic, emitter.square, lobe, tolerance, budget)?,
-            Geometry::Shape => self.exactly(c, emitter, lobe),
-            Geometry::Polygons(polygons, basis) => self.by_polygons(c, emitter, polygons, *basis, lobe)?,
-            Geometry::Solid(solid) => self.by_representative(c, emitter, solid, lobe),
+            Geometry::Tree(tree) => self.by_tree(emitter, tree, lobe, tolerance, budget)?,
+            Geometry::Quad(quad) => self.by_quad(c(), emitter, quad)?,
+            Geometry::Mosaic(mosaic) => self.by_mosaic(mosaic, emitter.square, lobe, tolerance, budget)?,
+            Geometry::Shape => self.exactly(c(), emitter, lobe),
+            Geometry::Polygons(polygons, basis) => self.by_polygons(c(), emitter, polygons, *basis, lobe)?,
+            Geometry::Solid(solid) => self.by_representative(c(), emitter, solid, lobe),
             Geometry::Kuge { curves, eps } => {
                 let eps = eps.unwrap_or_else(|| default_eps(lobe.map(|lobe| lobe.alpha)));
-                self.by_edges(c, emitter, |map, horizon| kuge_integral(map, horizon, curves, eps))?
+                self.by_edges(c(), emitter, |map, horizon| kuge_integral(map, horizon, curves, eps))?
             }
             Geometry::Uniform { curves, segments } => {
-                self.by_edges(c, emitter, |map, horizon| uniform_integral(map, horizon, curves, *segments))?
+                self.by_edges(c(), emitter, |map, horizon| uniform_integral(map, horizon, curves, *segments))?
             }
             Geometry::Sampled { sampling, .. } => {
                 let (value, visited) =
@@ -164,9 +167,13 @@ impl Images {
         gathered.painted_through(emitter, c)
     }
 
+    /// The images in the cosine space of a lobe.
+    fn in_lobe(&self, lobe: Option<&Lobe>) -> [DVec3; 3] {
+        lobe.map_or(self.c, |lobe| self.c.map(|v| lobe.m_inv.widen().apply(v)))
+    }
+
     fn by_tree(
         &self,
-        c: [DVec3; 3],
         emitter: &Emitter,
         tree: &Tree,
         lobe: Option<&Lobe>,
@@ -174,7 +181,7 @@ impl Images {
         budget: &mut Budget,
     ) -> Result<Gathered, Skip> {
         let root = &tree.nodes[0];
-        let (map, clip) = self.clipped(c, emitter.square, lobe, [root.center, root.half])?;
+        let (map, clip) = self.clipped(emitter.square, lobe, [root.center, root.half])?;
         let integral = tree_integral(&map, &clip, tree.view(), tolerance, budget);
         Ok(self.lit(integral.value, integral.visited).painted(emitter, &map))
     }
@@ -182,7 +189,7 @@ impl Images {
     /// Clipped at z = 0 of cosine space only, as published.
     fn by_quad(&self, c: [DVec3; 3], emitter: &Emitter, quad: &Quad) -> Result<Gathered, Skip> {
         let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
-        let clip = Clip::new(&map, None, -map.foot, quad.half).ok_or(Skip::BelowHorizon)?;
+        let clip = self.clip(&map, -map.foot, quad.half)?;
         Ok(self.lit(quad_integral(&map, &clip, quad), QUAD_EDGES).painted(emitter, &map))
     }
 
@@ -194,14 +201,13 @@ impl Images {
         integrate: impl FnOnce(&CosineMap, Option<&Horizon>) -> EdgeSum,
     ) -> Result<Gathered, Skip> {
         let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
-        let clip = Clip::new(&map, None, -map.foot, Vec2::ONE).ok_or(Skip::BelowHorizon)?;
+        let clip = self.clip(&map, -map.foot, Vec2::ONE)?;
         let sum = integrate(&map, clip.planes().first());
         Ok(self.lit(sum.value, sum.edges).painted(emitter, &map))
     }
 
     fn by_mosaic(
         &self,
-        c: [DVec3; 3],
         mosaic: &Mosaic,
         square: Square,
         lobe: Option<&Lobe>,
@@ -209,28 +215,25 @@ impl Images {
         budget: &mut Budget,
     ) -> Result<Gathered, Skip> {
         let root = &mosaic.tiles[0];
-        let (map, clip) = self.clipped(c, square, lobe, [root.center, root.half])?;
+        let (map, clip) = self.clipped(square, lobe, [root.center, root.half])?;
         let integral = mosaic_integral(&map, &clip, mosaic.view(), tolerance, budget);
         let value = if self.back { -integral.value } else { integral.value };
         Ok(Gathered { value: value.max(Vec3::ZERO).as_dvec3(), visited: integral.visited })
     }
 
-    /// The map of a light's square to cosine space, and what clips the light there; `centre` and `half` are those of its box in
-    /// tree space.
-    fn clipped(
-        &self,
-        c: [DVec3; 3],
-        square: Square,
-        lobe: Option<&Lobe>,
-        [center, half]: [Vec2; 2],
-    ) -> Result<(CosineMap, Clip), Skip> {
-        let map = CosineMap::new(c, square.center, square.half).ok_or(Skip::Behind)?;
-        let truth = lobe.map(|lobe| {
-            let form = map.height_form(self.c.map(|v| v.z), square.center, square.half);
-            TrueHorizon { axis: lobe.m_row_z, height: Height::new(&map, form) }
-        });
-        let clip = Clip::new(&map, truth.as_ref(), center - map.foot, half).ok_or(Skip::BelowHorizon)?;
-        Ok((map, clip))
+    /// [`View::new`] at one point.
+    fn clipped(&self, square: Square, lobe: Option<&Lobe>, bounds: [Vec2; 2]) -> Result<(CosineMap, Clip), Skip> {
+        let lobe = lobe.map(|lobe| (lobe.m_inv.widen(), lobe.m_row_z));
+        let view = View::new::<f64>(self.c, square, lobe, bounds, self.may_be_cut);
+        if !view.is_map {
+            return Err(Skip::Behind);
+        }
+        if view.clipped.below { Err(Skip::BelowHorizon) } else { Ok((view.map, view.clipped.clip)) }
+    }
+
+    /// What clips the box with that centre relative to the foot and those half-extents at z = 0 of cosine space.
+    fn clip(&self, map: &CosineMap, center: Vec2, half: Vec2) -> Result<Clip, Skip> {
+        if self.may_be_cut { Clip::new(map, None, center, half).ok_or(Skip::BelowHorizon) } else { Ok(Clip::none(map)) }
     }
 
     /// A signed integral from the side the point is on.
@@ -249,6 +252,50 @@ impl Images {
             exact_integral(&ExactMap { c, horizon }, &emitter.shape)
         };
         Gathered { value: DVec3::splat(value.max(0.0)), visited: 0 }
+    }
+}
+
+/// A light's square in the cosine space of a lobe, and what clips the light there.
+#[derive(Clone, Copy, Debug)]
+pub struct View<L: Lanes> {
+    /// The map.
+    pub map: CosineMap<L>,
+    /// Where there is one: elsewhere the light is seen as a line.
+    pub is_map: L::Mask,
+    /// What clips it.
+    pub clipped: Clipped<L>,
+}
+
+impl<L: Lanes> View<L> {
+    /// From the images of the light-space axes and origin in the shading frame; the lobe by its inverse matrix and the third row
+    /// of the matrix; the box is the light's, by its centre and half-extents in tree space; whether a horizon may cut it.
+    #[inline(always)]
+    pub fn new<D: Doubles<Narrow = L, Mask = L::Mask>>(
+        c: [D::Vec3; 3],
+        Square { center, half }: Square,
+        lobe: Option<(InverseMatrix<D>, L::Vec3)>,
+        [box_center, box_half]: [Vec2; 2],
+        may_be_cut: bool,
+    ) -> Self {
+        let [x, y, origin] = c;
+        let images = match &lobe {
+            Some((m_inv, _)) => [m_inv.apply(x), m_inv.apply(y), m_inv.apply(origin)],
+            None => c,
+        };
+        let (map, is_map) = CosineMap::of::<D>(images, center, half);
+        if !may_be_cut {
+            let clipped = Clipped { clip: Clip::none(&map), below: map.depth.mask(false) };
+            return Self { map, is_map, clipped };
+        }
+        let truth = match lobe {
+            Some((_, axis)) => {
+                let form = map.height_form::<D>([x.z(), y.z(), origin.z()], center, half);
+                Some(TrueHorizon { axis, height: Height::new(&map, form) })
+            }
+            None => None,
+        };
+        let at = L::Vec2::from_foot(box_center, Vec2::ZERO, map.foot);
+        Self { map, is_map, clipped: Clip::of(&map, truth.as_ref(), at, at.fixed(box_half)) }
     }
 }
 

@@ -11,6 +11,7 @@ mod pipelines;
 pub mod source;
 mod tiles;
 
+use super::features::Features;
 use super::prepared::Prepared;
 use super::surfaces::Surfaces;
 use super::{Backend, BackendError, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch};
@@ -19,15 +20,16 @@ use boxes::Boxes;
 use buffers::{Readback, SceneBuffers, storage, target};
 use device::Device;
 use glam::UVec2;
-use layout::{Emitters, Features, Frame, MeterPoint, Reading};
+use layout::{Emitters, Frame, MeterPoint, Reading};
 use pipelines::{Layouts, Pipelines};
 use source::SKIP_ROWS;
 use std::collections::HashMap;
 use std::sync::Mutex;
 use tiles::{Painter, Tile};
 
-/// Counters of each light: behind, below the horizon, without such a lobe.
-const SKIP_REASONS: usize = 3;
+/// Counters of each light: behind, below the horizon, without such a lobe, under the tolerance; and of the first two
+/// those decided by tile.
+const SKIP_REASONS: usize = 6;
 /// Points of the light meter in a workgroup.
 const METER_GROUP: usize = 64;
 
@@ -91,7 +93,7 @@ impl GpuBackend {
         let bytes = points.len() as u64 * size_of::<Reading>() as u64;
         let readings = target(device, "readings", bytes)?;
         let meter = self.layouts.bind_meter(device, &storage(device, "points", points)?, &readings);
-        let pipeline = self.layouts.meter_pipeline(device, Features::of(prepared));
+        let pipeline = self.layouts.meter_pipeline(device, prepared.features);
         device.check()?;
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
@@ -116,7 +118,7 @@ impl Backend for GpuBackend {
         let surfaces = Surfaces::new(&prepared);
         let boxes = Boxes::new(&prepared.triangles);
         watch.lap("surfaces");
-        let pipelines = self.pipelines(Features::of(&prepared))?;
+        let pipelines = self.pipelines(prepared.features)?;
         watch.lap("pipelines");
         let buffers = SceneBuffers::new(&self.device, Some(&prepared), &boxes, &Emitters::new(&prepared.emitters))?;
         let picture = UVec2::new(settings.width, settings.height);
@@ -157,7 +159,7 @@ impl Backend for GpuBackend {
         let film = super::compose(scene, &prepared, &surfaces, settings, &pixels);
         watch.lap("lights in view");
         let lights = light_stats(scene, &prepared, shaded, &skips);
-        let skipped: u64 = lights.iter().map(|l| l.behind + l.below_horizon + l.no_lobe).sum();
+        let skipped: u64 = lights.iter().map(LightStats::skipped).sum();
         let candidates: u64 = lights.iter().map(|l| l.candidates).sum();
         let stats = Stats {
             backend: "gpu".into(),
@@ -167,6 +169,7 @@ impl Backend for GpuBackend {
             shaded,
             integrals: candidates - skipped,
             nodes,
+            left_out: prepared.features.left_out(),
             lights,
         };
         Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })
@@ -186,6 +189,9 @@ fn light_stats(scene: &Scene, prepared: &Prepared, shaded: u64, skips: &[u64]) -
             behind: sum(index, 0),
             below_horizon: sum(index, 1),
             no_lobe: sum(index, 2),
+            under_tolerance: sum(index, 3),
+            behind_tile: sum(index, 4),
+            below_tile: sum(index, 5),
         }
     };
     scene.lights.iter().enumerate().map(stats).collect()

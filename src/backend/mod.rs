@@ -3,21 +3,27 @@
 pub mod cpu;
 pub mod emitter;
 pub mod exact;
+pub mod features;
 pub mod gather;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+pub mod packets;
 pub mod prepared;
 pub mod reference;
 mod sight;
 mod silhouette;
+pub mod skips;
 mod surfaces;
 pub mod technique;
+pub mod tile;
+mod uncut;
 
 use crate::film::Film;
 use crate::kernel::surface::Rays;
 use crate::scene::Scene;
 use glam::Vec3;
 use prepared::Prepared;
+pub use skips::Skips;
 use std::time::Instant;
 use surfaces::Surfaces;
 pub use technique::{Horizons, Technique};
@@ -37,6 +43,8 @@ pub struct Settings {
     pub technique: Technique,
     /// Where specular lobes are clipped, by techniques that know the true horizon.
     pub horizons: Horizons,
+    /// What is left out where the scene doesn't need it.
+    pub skips: Skips,
 }
 
 /// A finished picture and what it cost.
@@ -68,6 +76,8 @@ pub struct Stats {
     pub integrals: u64,
     /// What those integrals were made of: tree nodes, edges or samples, as [`Technique::parts`] says.
     pub nodes: u64,
+    /// Parts of the shading that no surface needs and no sample paid for: `diffuse`, `specular`, `textures`, `horizons`.
+    pub left_out: Vec<String>,
     /// Per light: its name and how many integrals were skipped, by reason.
     pub lights: Vec<LightStats>,
 }
@@ -85,15 +95,29 @@ pub struct LightStats {
     pub below_horizon: u64,
     /// The material has no such lobe.
     pub no_lobe: u64,
+    /// The light adds too little to be seen in the tile, see [`Skips::under_tolerance`].
+    pub under_tolerance: u64,
+    /// Of those behind: decided for a whole tile.
+    pub behind_tile: u64,
+    /// Of those below the horizon: decided for a whole tile.
+    pub below_tile: u64,
 }
 
 impl LightStats {
+    /// Integrals skipped for any reason.
+    pub const fn skipped(&self) -> u64 {
+        self.behind + self.below_horizon + self.no_lobe + self.under_tolerance
+    }
+
     /// Counts another's integrals as this one's.
     fn add(&mut self, other: &Self) {
         self.candidates += other.candidates;
         self.behind += other.behind;
         self.below_horizon += other.below_horizon;
         self.no_lobe += other.no_lobe;
+        self.under_tolerance += other.under_tolerance;
+        self.behind_tile += other.behind_tile;
+        self.below_tile += other.below_tile;
     }
 }
 
@@ -193,6 +217,7 @@ impl Default for Settings {
             tolerance: 1e-4,
             technique: Technique::Tree,
             horizons: Horizons::Both,
+            skips: Skips::default(),
         }
     }
 }

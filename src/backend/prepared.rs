@@ -1,10 +1,13 @@
 //! A scene made ready for shading: flat arrays, relative to the camera, that both backends read.
 
 use super::emitter::{Emitter, emitters, layers};
+use super::features::Features;
+use super::tile::light_box;
 use super::{BackendError, Horizons, Settings, Technique};
 use crate::brdf::ltc::{Lobe, Table};
 use crate::color::{srgb_decode, srgb_encode};
 use crate::kernel::surface::{NO_TEXTURE, Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle, Textures};
+use crate::kernel::tile::LightBox;
 use crate::scene::{Material, Scene, Texture, Triangle};
 use glam::{DVec3, Vec3, Vec4};
 
@@ -25,12 +28,16 @@ pub struct Prepared {
     pub texels: Vec<u32>,
     /// What surfaces gather from, in the order of lights and layers.
     pub emitters: Vec<Emitter>,
+    /// Boxes around the emitters.
+    pub boxes: Vec<LightBox>,
     /// What the camera sees: every layer of every light.
     pub layers: Vec<Emitter>,
     /// What the emitters are made for.
     pub technique: Technique,
     /// Where specular lobes are clipped.
     pub horizons: Horizons,
+    /// What shading them needs.
+    pub features: Features,
     /// Sample positions in the pixel, both coordinates 0..1, x right, y down.
     pub offsets: Vec<[f32; 2]>,
 }
@@ -63,17 +70,26 @@ impl Prepared {
             }
         }
         let (textures, texels) = pack_textures(&scene.textures);
+        let materials: Vec<_> = scene.materials.iter().map(pack_material).collect();
+        let emitters = emitters(scene, &settings.technique)?;
+        let horizons = settings.horizons();
+        let triangles: Vec<_> = scene.triangles.iter().map(|t| pack_triangle(t, eye)).collect();
+        let boxes: Vec<_> = emitters.iter().map(light_box).collect();
+        let features =
+            Features::new(&triangles, &materials, &boxes, &emitters, &settings.technique, horizons, settings.skips);
         Ok(Self {
             eye,
             rays,
-            triangles: scene.triangles.iter().map(|t| pack_triangle(t, eye)).collect(),
-            materials: scene.materials.iter().map(pack_material).collect(),
+            triangles,
+            materials,
             textures,
             texels,
-            emitters: emitters(scene, &settings.technique)?,
+            boxes,
+            emitters,
             layers: layers(scene)?,
             technique: settings.technique,
-            horizons: settings.horizons(),
+            horizons,
+            features,
             offsets: offsets(samples),
         })
     }
@@ -87,7 +103,7 @@ impl Prepared {
 
     /// The textures as the kernel reads them.
     pub fn textures(&self) -> Textures<'_> {
-        Textures { textures: &self.textures, texels: &self.texels }
+        Textures { textures: &self.textures, texels: &self.texels, any: self.features.textures }
     }
 }
 

@@ -81,6 +81,7 @@ pub fn render(
         shaded: cost.shaded,
         integrals: cost.integrals,
         nodes: cost.nodes,
+        left_out: prepared.features.left_out(),
         lights: cost.lights,
     };
     Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })

@@ -1,5 +1,6 @@
 //! [`Technique`]: what can evaluate a light's integral, and by which names users call it.
 
+use super::Skips;
 use core::fmt;
 use core::str::FromStr;
 
@@ -111,6 +112,20 @@ impl Technique {
     /// Whether it can clip at the true horizon; the published techniques don't.
     pub const fn knows_true_horizon(&self) -> bool {
         matches!(self, Self::Tree | Self::Exact | Self::Textured | Self::Reference(_))
+    }
+
+    /// Those of `skips` that leave its picture what it is. The yardstick has none that is decided by bounds; approximations that
+    /// light a surface from below its horizon still do; and only what heeds the tolerance makes use of it.
+    pub fn skips(&self, skips: Skips) -> Skips {
+        let bounded = !matches!(self, Self::Exact | Self::Reference(_));
+        let clipped = bounded && !matches!(self, Self::Pal { .. } | Self::Representative);
+        let tolerant = matches!(self, Self::Tree | Self::Textured);
+        Skips {
+            behind: skips.behind && bounded,
+            below_horizon: skips.below_horizon && clipped,
+            under_tolerance: skips.under_tolerance && tolerant,
+            ..skips
+        }
     }
 
     /// What its integrals are made of, for the reader of [`super::Stats::nodes`].

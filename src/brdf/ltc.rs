@@ -21,6 +21,7 @@
 //!     ⎣ α·uz  0     tz ⎦
 //! ```
 
+use crate::kernel::lanes::{Real, Vector};
 use glam::{Mat3, Vec3, Vec4};
 use std::sync::LazyLock;
 
@@ -39,24 +40,38 @@ const CHANNELS: usize = 7;
 ///
 /// Mirror symmetry about the plane of incidence leaves five entries.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InverseMatrix {
+pub struct InverseMatrix<T = f32> {
     /// Row x, column x.
-    pub xx: f32,
+    pub xx: T,
     /// Row x, column z.
-    pub xz: f32,
+    pub xz: T,
     /// Row y, column y.
-    pub yy: f32,
+    pub yy: T,
     /// Row z, column x.
-    pub zx: f32,
+    pub zx: T,
     /// Row z, column z.
-    pub zz: f32,
+    pub zz: T,
+}
+
+impl<T: Real> InverseMatrix<T> {
+    /// M⁻¹·w: shading frame to cosine space.
+    #[inline(always)]
+    pub fn apply<V: Vector<T>>(&self, w: V) -> V {
+        V::of(self.xx * w.x() + self.xz * w.z(), self.yy * w.y(), self.zx * w.x() + self.zz * w.z())
+    }
 }
 
 impl InverseMatrix {
-    /// M⁻¹·w: shading frame to cosine space.
+    /// The same in f64.
+    pub fn widen(&self) -> InverseMatrix<f64> {
+        let [xx, xz, yy, zx, zz] = [self.xx, self.xz, self.yy, self.zx, self.zz].map(f64::from);
+        InverseMatrix { xx, xz, yy, zx, zz }
+    }
+
+    /// The determinant; more than 0.
     #[inline]
-    pub fn apply(&self, w: Vec3) -> Vec3 {
-        Vec3::new(self.xx * w.x + self.xz * w.z, self.yy * w.y, self.zx * w.x + self.zz * w.z)
+    pub fn determinant(&self) -> f32 {
+        self.yy * (self.xx * self.zz - self.xz * self.zx)
     }
 
     /// The full matrix.

@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         samples: args.samples,
         tolerance: args.tolerance,
         technique: Technique::Tree,
-        horizons: Horizons::Both,
+        ..Settings::default()
     };
     settings.check()?;
     NewFolder::check(output, args.force)?;

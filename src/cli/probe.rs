@@ -221,7 +221,8 @@ fn scene_points(scene: &Path, points: &Path, how: &How) -> Result<(), Error> {
     let (loaded, _) = super::scene::open(scene)?;
     super::warn(&loaded.warnings);
     let (technique, horizons) = how.technique.resolve()?;
-    let settings = Settings { width: 1, height: 1, samples: 1, tolerance: how.tolerance()?, technique, horizons };
+    let tolerance = how.tolerance()?;
+    let settings = Settings { width: 1, height: 1, samples: 1, tolerance, technique, horizons, ..Settings::default() };
     let prepared = Prepared::new(&loaded.scene, &settings)?;
     lines(points, |line| json(&reading(&prepared, &settings, parsed(line)?)?).map_err(|e| e.to_string()))
 }

@@ -6,6 +6,7 @@ use super::scene::Subject;
 use super::technique::TechniqueArgs;
 use super::values::positive;
 use super::{json, label, say};
+use crate::backend::skips::{SkipName, Skips};
 use crate::backend::{Rendering, Settings, Stats, Technique};
 use crate::error::Error;
 use crate::film::heat::{self, Scale};
@@ -49,6 +50,9 @@ pub struct Args {
     /// Print the statistics as JSON
     #[arg(long, requires = "stats")]
     json: bool,
+    /// Compute what the scene doesn't need as well: one of the names of `Skips::ALL`; may be given several times
+    #[arg(long, hide = true, value_name = "NAME")]
+    without_skip: Vec<SkipName>,
     /// Write a heat map of the edges (nodes, samples) that each pixel took, and print its scale
     #[arg(long, value_name = "FILE.png")]
     count_edges: Option<PathBuf>,
@@ -71,6 +75,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         tolerance: args.tolerance.unwrap_or(Settings::default().tolerance),
         technique,
         horizons,
+        skips: Skips::without(&args.without_skip),
     };
     settings.check()?;
     let start = Instant::now();
@@ -148,13 +153,20 @@ fn table(stats: &Stats) -> String {
     table.add_row(["shaded samples".to_owned(), stats.shaded.to_string()]);
     table.add_row(["integrals per sample".to_owned(), per_sample(stats.integrals)]);
     table.add_row([format!("{parts} per sample"), per_sample(stats.nodes)]);
+    if !stats.left_out.is_empty() {
+        table.add_row(["left out for all samples".to_owned(), stats.left_out.join(", ")]);
+    }
     for light in &stats.lights {
         let percent = |n: u64| 100.0 * n as f64 / light.candidates.max(1) as f64;
         let skipped = format!(
-            "behind {:.1} %, below the horizon {:.1} %, no such lobe {:.1} % of {}",
+            "behind {:.1} % ({:.1} % by tile), below the horizon {:.1} % ({:.1} % by tile), no such lobe {:.1} %, under the \
+             tolerance {:.1} % of {}",
             percent(light.behind),
+            percent(light.behind_tile),
             percent(light.below_horizon),
+            percent(light.below_tile),
             percent(light.no_lobe),
+            percent(light.under_tolerance),
             light.candidates
         );
         table.add_row([format!("skipped, {}", label(&light.name)), skipped]);

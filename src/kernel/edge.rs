@@ -1,12 +1,12 @@
 //! The clamped-cosine integral along a straight edge. Twin: `shaders/edge.wgsl`.
 
+use super::lanes::{Lanes, Mask, Real, Vector};
 use super::map::{CosineMap, PlanePoint};
 use core::f32::consts::PI;
-use glam::{Vec2, Vec3};
 
 /// θ / sin θ for x = cos θ in \[0, 1\]: minimax polynomial, relative error 7e-8 (2.2e-7 as evaluated in f32).
 #[inline(always)]
-pub fn angle_over_sine(x: f32) -> f32 {
+pub fn angle_over_sine<L: Lanes>(x: L) -> L {
     const C: [f32; 9] = [
         1.570_796_2,
         -0.999_981_5,
@@ -20,9 +20,9 @@ pub fn angle_over_sine(x: f32) -> f32 {
     ];
     let x2 = x * x;
     let x4 = x2 * x2;
-    let low = (C[0] + C[1] * x) + (C[2] + C[3] * x) * x2;
-    let high = (C[4] + C[5] * x) + (C[6] + C[7] * x) * x2;
-    low + x4 * (high + C[8] * x4)
+    let low = (x * C[1] + C[0]) + (x * C[3] + C[2]) * x2;
+    let high = (x * C[5] + C[4]) + (x * C[7] + C[6]) * x2;
+    low + x4 * (high + x4 * C[8])
 }
 
 /// θ·(b×a)_z / |b×a| for the edge from `a` to `b` (relative to the map's foot), θ the angle it subtends at the
@@ -31,27 +31,30 @@ pub fn angle_over_sine(x: f32) -> f32 {
 /// The cross product comes from light-space differences, b×a = N'·(u ⟂ a) + u.x·w0 + u.y·w1 with u = b − a.
 /// Absolute error about 4e-7 where the edge keeps off the origin.
 #[inline(always)]
-pub fn edge_integral<P: PlanePoint>(map: &CosineMap, a: P, b: P) -> f32 {
+pub fn edge_integral<P: PlanePoint>(map: &CosineMap<P::Lanes>, a: P, b: P) -> P::Lanes {
     let (pa, pb) = (map.point(a.round()), map.point(b.round()));
-    let inv = 1.0 / (pa.length_squared() * pb.length_squared()).sqrt();
+    let inv = map.depth.splat(1.0) / (pa.length_squared() * pb.length_squared()).sqrt();
     edge_angle(edge_normal(map, (b - a).perp_dot(a), (b - a).round()), pa.dot(pb) * inv, inv)
 }
 
 /// b × a for an edge with (b − a) ⟂ a = `turn` and b − a = `u`.
 #[inline(always)]
-pub fn edge_normal(map: &CosineMap, turn: f32, u: Vec2) -> Vec3 {
-    map.normal * turn + map.w0 * u.x + map.w1 * u.y
+pub fn edge_normal<L: Lanes>(map: &CosineMap<L>, turn: L, u: L::Vec2) -> L::Vec3 {
+    map.normal * turn + map.w0 * u.x() + map.w1 * u.y()
 }
 
 /// θ·n_z / |n| for n = b × a, the cosine of the angle θ between a and b, and `inv` = 1/(|a|·|b|).
 #[inline(always)]
-pub fn edge_angle(normal: Vec3, cosine: f32, inv: f32) -> f32 {
-    let x = cosine.clamp(-1.0, 1.0);
+pub fn edge_angle<L: Lanes>(normal: L::Vec3, cosine: L, inv: L) -> L {
+    let x = cosine.between(-1.0, 1.0);
     let near = angle_over_sine(x.abs()) * inv;
-    if x >= 0.0 {
-        return normal.z * near;
+    let acute = normal.z() * near;
+    let obtuse = (-x).is_positive();
+    if !obtuse.any() {
+        return acute;
     }
-    let length = normal.length();
     // The edge runs through the origin: its plane is undefined and so is the integral; half the jump is 0.
-    if length > 0.0 { normal.z * (PI / length - near) } else { 0.0 }
+    let length = normal.length_squared().sqrt();
+    let away = L::select(length.is_positive(), normal.z() * (length.splat(PI) / length - near), x.splat(0.0));
+    L::select(obtuse, away, acute)
 }

@@ -1,18 +1,19 @@
 //! The shading frame. Twin: `shaders/frame.wgsl`.
 
+use super::lanes::{Doubles, Vector};
 use glam::DVec3;
 
 /// Orthonormal, right-handed: z is the normal, x the tangential part of the view direction.
 #[derive(Clone, Copy, Debug)]
-pub struct ShadingFrame {
+pub struct ShadingFrame<D: Doubles = f64> {
     /// Tangential part of the view direction; any tangent where the view runs along the normal.
-    pub x: DVec3,
+    pub x: D::Vec3,
     /// z × x.
-    pub y: DVec3,
+    pub y: D::Vec3,
     /// The normal.
-    pub z: DVec3,
+    pub z: D::Vec3,
     /// cos θ of the view direction, 0 to 1. A view from below the surface counts as grazing.
-    pub cos_theta: f64,
+    pub cos_theta: D,
 }
 
 impl ShadingFrame {
@@ -28,9 +29,12 @@ impl ShadingFrame {
         };
         Self { x, y: normal.cross(x), z: normal, cos_theta: cos_theta.clamp(0.0, 1.0) }
     }
+}
 
+impl<D: Doubles> ShadingFrame<D> {
     /// World to shading frame.
-    pub fn to_local(&self, v: DVec3) -> DVec3 {
-        DVec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
+    #[inline(always)]
+    pub fn to_local(&self, v: D::Vec3) -> D::Vec3 {
+        Vector::of(self.x.dot(v), self.y.dot(v), self.z.dot(v))
     }
 }

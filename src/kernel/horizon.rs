@@ -5,229 +5,291 @@
 //! planes are in use: z = 0 of cosine space, where the clamped cosine ends, and the true horizon of the
 //! surface, which a tilted lobe dips below.
 
-use super::edge::edge_integral;
+use super::edge::{angle_over_sine, edge_integral};
+use super::lanes::{Lanes, Mask, Real, Vector};
 use super::map::{CosineMap, PlanePoint};
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 
 /// Rounding of a height in f32, relative to the sum of its terms: 16 half-steps.
 pub const MARGIN: f32 = 2e-6;
 
 /// The height over a plane through the origin of cosine space, as a function of the light's plane.
 #[derive(Clone, Copy, Debug)]
-pub struct Height {
+pub struct Height<L: Lanes = f32> {
     /// Height of the point q relative to the foot, up to a positive factor: form.x·q.x + form.y·q.y + form.z.
-    pub form: Vec3,
+    pub form: L::Vec3,
     /// Rounding bound anywhere on the light: a box higher than this has every point of every curve in it above.
-    pub margin: f32,
+    pub margin: L,
 }
 
-/// Where a box lies with respect to a plane.
+/// Where a box lies with respect to a plane; neither where the plane may cut it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
+pub struct Side<M> {
     /// Wholly above, and so is every end point in it.
-    Above,
-    /// Perhaps cut.
-    Cut,
+    pub above: M,
     /// Wholly below, and so is every end point in it.
-    Below,
+    pub below: M,
 }
 
-impl Height {
+impl<L: Lanes> Height<L> {
     /// From the heights of the map's c0, c1, c2, up to a common positive factor.
-    pub fn new(map: &CosineMap, form: Vec3) -> Self {
-        let reach = 1.0 + map.foot.abs();
-        let margin = MARGIN * (form.x.abs() * reach.x + form.y.abs() * reach.y + form.z.abs());
-        Self { form, margin }
+    #[inline(always)]
+    pub fn new(map: &CosineMap<L>, form: L::Vec3) -> Self {
+        let reach = form.x().abs() * (map.foot.x().abs() + 1.0) + form.y().abs() * (map.foot.y().abs() + 1.0);
+        Self { form, margin: (reach + form.z().abs()) * MARGIN }
     }
 
     /// The height over z = 0.
-    pub fn lobe(map: &CosineMap) -> Self {
-        Self::new(map, Vec3::new(map.c0.z, map.c1.z, map.c2.z))
+    #[inline(always)]
+    pub fn lobe(map: &CosineMap<L>) -> Self {
+        Self::new(map, Vector::of(map.c0.z(), map.c1.z(), map.c2.z()))
     }
 
     /// The height of a point relative to the foot. Above means > 0; every decision about a shared end point is this
     /// very expression, so that crossings pair.
     #[inline(always)]
-    pub fn at<P: PlanePoint>(&self, q: P) -> P::Scalar {
+    pub fn at<P: PlanePoint<Lanes = L>>(&self, q: P) -> P::Scalar {
         q.form(self.form)
     }
 
     /// Whether a point relative to the foot is above.
     #[inline(always)]
-    pub fn is_above<P: PlanePoint>(&self, q: P) -> bool {
-        self.at(q) > P::Scalar::from(0.0)
+    pub fn is_above<P: PlanePoint<Lanes = L>>(&self, q: P) -> L::Mask {
+        self.at(q).is_positive()
     }
 
     /// Where a box lies, given by its centre relative to the foot and its half-extents.
     #[inline(always)]
-    pub fn side(&self, center: Vec2, half: Vec2) -> Side {
+    pub fn side(&self, center: L::Vec2, half: L::Vec2) -> Side<L::Mask> {
         let middle = self.at(center);
-        let reach = self.form.x.abs() * half.x + self.form.y.abs() * half.y + self.margin;
-        if middle - reach > 0.0 {
-            Side::Above
-        } else if middle + reach < 0.0 {
-            Side::Below
-        } else {
-            Side::Cut
-        }
+        let reach = self.form.x().abs() * half.x() + self.form.y().abs() * half.y() + self.margin;
+        Side { above: (middle - reach).is_positive(), below: (-(middle + reach)).is_positive() }
     }
 }
 
 /// The surface's true horizon in cosine space.
 #[derive(Clone, Copy, Debug)]
-pub struct TrueHorizon {
+pub struct TrueHorizon<L: Lanes = f32> {
     /// Its normal, up to a positive factor: the third row of M.
-    pub axis: Vec3,
+    pub axis: L::Vec3,
     /// The height over it; world-space, so exact.
-    pub height: Height,
+    pub height: Height<L>,
 }
 
-/// What clips a light at one shading point.
+/// What clips a light at a shading point: the plane z = 0, the surface's true horizon, both or neither.
 #[derive(Clone, Copy, Debug)]
-pub enum Clip {
-    /// The light is above every horizon.
-    None,
-    /// One plane cuts it.
-    One([Horizon; 1]),
-    /// z = 0 and the surface's true horizon both cut it.
-    Two([Horizon; 2]),
+pub struct Clip<L: Lanes = f32> {
+    /// z = 0 and the true horizon. A lane that one of them does not cut has everything above it.
+    planes: [Horizon<L>; 2],
+    /// Which of them cut the light in some lane: from this one on, up to that one.
+    cutting: [usize; 2],
+}
+
+/// Where a light lies with respect to both horizons.
+#[derive(Clone, Copy, Debug)]
+pub struct Clipped<L: Lanes = f32> {
+    /// What clips it.
+    pub clip: Clip<L>,
+    /// Where it is wholly below one of them.
+    pub below: L::Mask,
 }
 
 impl Clip {
-    /// What clips a light whose box has that centre relative to the foot and those half-extents; `None` where it is
-    /// wholly below a horizon. Nothing is computed for a plane that doesn't cut the box.
+    /// [`Self::of`] at one point; `None` where the light is wholly below a horizon.
     pub fn new(map: &CosineMap, truth: Option<&TrueHorizon>, center: Vec2, half: Vec2) -> Option<Self> {
-        let lobe = Height::lobe(map);
-        let side = lobe.side(center, half);
-        let Some(truth) = truth.filter(|t| t.stands_apart()) else {
-            return match side {
-                Side::Below => None,
-                Side::Above => Some(Self::None),
-                Side::Cut => Some(Self::One([Horizon::new(map, Vec3::Z, lobe)])),
-            };
-        };
-        match (side, truth.height.side(center, half)) {
-            (Side::Below, _) | (_, Side::Below) => None,
-            (Side::Above, Side::Above) => Some(Self::None),
-            (Side::Cut, Side::Above) => Some(Self::One([Horizon::new(map, Vec3::Z, lobe)])),
-            (Side::Above, Side::Cut) => Some(Self::One([Horizon::new(map, truth.axis.normalize(), truth.height)])),
-            (Side::Cut, Side::Cut) => Some(Self::Two(Horizon::pair(map, lobe, truth))),
-        }
-    }
-
-    /// The planes that cut it.
-    #[inline]
-    pub fn planes(&self) -> &[Horizon] {
-        match self {
-            Self::None => &[],
-            Self::One(one) => one,
-            Self::Two(two) => two,
-        }
+        let Clipped { clip, below } = Self::of(map, truth, center, half);
+        (!below).then_some(clip)
     }
 }
 
-impl TrueHorizon {
+impl<L: Lanes> Clip<L> {
+    /// Of a light that no plane cuts.
+    #[inline(always)]
+    pub fn none(map: &CosineMap<L>) -> Self {
+        Self { planes: [Horizon::nowhere(map.depth); 2], cutting: [1, 1] }
+    }
+
+    /// What clips a light whose box has that centre relative to the foot and those half-extents. Nothing is computed for a plane
+    /// that doesn't cut the box.
+    #[inline(always)]
+    pub fn of(map: &CosineMap<L>, truth: Option<&TrueHorizon<L>>, center: L::Vec2, half: L::Vec2) -> Clipped<L> {
+        let lobe = Height::lobe(map);
+        let side = lobe.side(center, half);
+        let (mut below, cut) = (side.below, !side.above);
+        let mut planes = [Horizon::nowhere(map.depth); 2];
+        let mut cut_truly = map.depth.mask(false);
+        if let Some(truth) = truth {
+            let side = truth.height.side(center, half);
+            let apart = truth.stands_apart();
+            below = below | (apart & side.below);
+            cut_truly = apart & !side.above & !below;
+        }
+        let cut = cut & !below;
+        if cut.any() {
+            let z = Vector::of(map.depth.splat(0.0), map.depth.splat(0.0), map.depth.splat(1.0));
+            planes[0] = Horizon::new(map, z, lobe, cut);
+        }
+        if let Some(truth) = truth
+            && cut_truly.any()
+        {
+            let axis = truth.axis.unit_or_zero();
+            planes[1] = Horizon::new(map, axis, truth.height, cut_truly);
+            if (cut & cut_truly).any() {
+                Horizon::join(&mut planes, map, axis, cut & cut_truly);
+            }
+        }
+        let cutting = [usize::from(!cut.any()), 1 + usize::from(cut_truly.any())];
+        Clipped { clip: Self { planes, cutting }, below }
+    }
+
+    /// The planes that cut it.
+    #[inline(always)]
+    pub fn planes(&self) -> &[Horizon<L>] {
+        let [from, to] = self.cutting;
+        &self.planes[from.min(to)..to]
+    }
+}
+
+impl<L: Lanes> TrueHorizon<L> {
     /// Whether the plane is another than z = 0, which must not be closed twice.
-    fn stands_apart(&self) -> bool {
-        let n = self.axis;
-        n.x * n.x + n.y * n.y > 1e-12 * n.z * n.z
+    #[inline(always)]
+    fn stands_apart(&self) -> L::Mask {
+        let (x, y, z) = (self.axis.x(), self.axis.y(), self.axis.z());
+        (x * x + y * y).above(z * z * 1e-12)
     }
 }
 
 /// One clipping plane that cuts the light, for one map.
 #[derive(Clone, Copy, Debug)]
-pub struct Horizon {
+pub struct Horizon<L: Lanes = f32> {
     /// The height over it.
-    pub height: Height,
+    pub height: Height<L>,
     /// Direction of the line in which the light's plane cuts this one.
-    along: Vec3,
+    along: L::Vec3,
     /// Distance of that line from the origin.
-    distance: f32,
+    distance: L,
     /// z of the unit normal of the plane of origin and line: ±1 for z = 0 itself.
-    slope: f32,
+    slope: L,
     /// The part of the line inside the other plane's half-space.
-    range: [f32; 2],
+    range: [L; 2],
 }
 
-impl Horizon {
-    /// The plane with the unit normal `axis`.
-    fn new(map: &CosineMap, axis: Vec3, height: Height) -> Self {
+impl<L: Lanes> Horizon<L> {
+    /// A plane that everything is above.
+    #[inline(always)]
+    fn nowhere(like: L) -> Self {
+        let (zero, one) = (like.splat(0.0), like.splat(1.0));
+        Self {
+            height: Height { form: Vector::of(zero, zero, one), margin: zero },
+            along: Vector::of(zero, zero, zero),
+            distance: one,
+            slope: zero,
+            range: [like.splat(f32::NEG_INFINITY), like.splat(f32::INFINITY)],
+        }
+    }
+
+    /// The plane with the unit normal `axis` where it cuts the light.
+    #[inline(always)]
+    fn new(map: &CosineMap<L>, axis: L::Vec3, height: Height<L>, cuts: L::Mask) -> Self {
         let n = map.normal;
-        let along = n.cross(axis).normalize_or_zero();
+        let along = n.cross(axis).unit_or_zero();
         // The line's point nearest the origin is −D·n⊥/|n⊥|², n⊥ the part of n across the axis.
         let across = n - axis * n.dot(axis);
-        let length = across.length();
-        let distance = if length > 0.0 { map.depth.abs() / length } else { 0.0 };
-        let slope = along.cross(across * -map.depth.signum()).normalize_or_zero().z;
-        Self { height, along, distance, slope, range: [f32::NEG_INFINITY, f32::INFINITY] }
+        let length = across.length_squared().sqrt();
+        let none = Self::nowhere(map.depth);
+        let distance = L::select(length.is_positive(), map.depth.abs() / length, none.height.margin);
+        let back = across * map.depth.splat(-1.0).copysign(-map.depth);
+        let slope = along.cross(back).unit_or_zero().z();
+        let choose = |yes: L, no: L| L::select(cuts, yes, no);
+        let form = |of: fn(L::Vec3) -> L| choose(of(height.form), of(none.height.form));
+        Self {
+            height: Height {
+                form: Vector::of(form(Vector::x), form(Vector::y), form(Vector::z)),
+                margin: choose(height.margin, none.height.margin),
+            },
+            along,
+            distance,
+            slope,
+            range: none.range,
+        }
     }
 
-    /// The planes z = 0 and `truth`, each with its line ending where it meets the other.
-    fn pair(map: &CosineMap, lobe: Height, truth: &TrueHorizon) -> [Self; 2] {
-        let axis = truth.axis.normalize();
-        let mut z = Self::new(map, Vec3::Z, lobe);
-        let mut s = Self::new(map, axis, truth.height);
+    /// Ends the lines of z = 0 and of the plane with the unit normal `axis` where they meet.
+    #[inline(always)]
+    fn join(planes: &mut [Self; 2], map: &CosineMap<L>, axis: L::Vec3, both: L::Mask) {
         // The corner lies on the line common to both planes, through the origin: one point for both, so that
         // what one line loses there the other gains, however nearly the planes coincide.
-        let ridge = Vec3::new(-axis.y, axis.x, 0.0);
+        let ridge: L::Vec3 = Vector::of(-axis.y(), axis.x(), axis.x().splat(0.0));
         // Where the lines are parallel the corner is at infinity, on whichever side leaves the right part of each.
         let rate = map.normal.dot(ridge);
-        let rate = if rate.abs() > 1e-30 { rate } else { 1e-30_f32.copysign(rate) };
-        let corner = ridge * (-map.depth / rate).clamp(-1e30, 1e30);
-        z.end_at(corner, rate > 0.0);
-        s.end_at(corner, rate < 0.0);
-        [z, s]
-    }
-
-    /// Ends the line at `corner`; it goes on upwards from there, or downwards.
-    fn end_at(&mut self, corner: Vec3, upwards: bool) {
-        self.range[usize::from(!upwards)] = corner.dot(self.along);
+        let rate = rate.abs().max(rate.splat(1e-30)).copysign(rate);
+        let corner = ridge * (-map.depth / rate).between(-1e30, 1e30);
+        let upwards = rate.is_positive();
+        for (plane, upwards) in planes.iter_mut().zip([upwards, !upwards]) {
+            let end = corner.dot(plane.along);
+            plane.range[0] = L::select(both & upwards, end, plane.range[0]);
+            plane.range[1] = L::select(both & !upwards, end, plane.range[1]);
+        }
     }
 
     /// What a crossing at the image point `p` adds (times 2π) where the contour comes up; where it goes down,
     /// it takes that away.
-    #[inline]
-    pub fn crossing(&self, p: Vec3) -> f32 {
+    #[inline(always)]
+    pub fn crossing(&self, p: L::Vec3) -> L {
         let place = p.dot(self.along).max(self.range[0]).min(self.range[1]);
-        self.slope * place.atan2(self.distance)
+        self.slope * angle_on_line(place, self.distance)
     }
 
-    /// What a crossing below the other horizon adds where the contour comes up: the line ends at the corner.
-    #[inline]
-    pub fn far_crossing(&self) -> f32 {
-        let corner = if self.range[0] > f32::NEG_INFINITY { self.range[0] } else { self.range[1] };
-        self.slope * corner.atan2(self.distance)
+    /// What an edge below the other horizon adds: where it crosses this one it does so beyond the corner of the two lines,
+    /// where each crossing adds the same, so that only its ends count.
+    #[inline(always)]
+    pub fn far_crossing<P: PlanePoint<Lanes = L>>(&self, a: P, b: P) -> L {
+        let (start, end) = (self.height.is_above(a), self.height.is_above(b));
+        let none = self.slope.splat(0.0);
+        if !(start ^ end).any() {
+            return none;
+        }
+        let ends_low = self.range[0].above(none.splat(f32::NEG_INFINITY));
+        let corner = L::select(ends_low, self.range[0], self.range[1]);
+        let up = self.slope * angle_on_line(corner, self.distance);
+        L::select(start ^ end, L::select(end, up, -up), none)
     }
+}
+
+/// atan2(place, distance) for distance ≥ 0, by the polynomial of the edges.
+#[inline(always)]
+fn angle_on_line<L: Lanes>(place: L, distance: L) -> L {
+    let largest = place.abs().max(distance);
+    let (p, d) = (place / largest, distance / largest);
+    let inv = p.splat(1.0) / (p * p + d * d).sqrt();
+    L::select(largest.is_positive(), p * inv * angle_over_sine(d * inv), largest.splat(0.0))
 }
 
 /// 2π times the integral along the part of the edge from `a` to `b` (relative to the map's foot) that is above all horizons,
 /// with what its crossings add.
-pub fn cut_edge<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], a: P, b: P) -> f32 {
-    let (zero, one) = (P::Scalar::from(0.0), P::Scalar::from(1.0));
-    let mut sum = 0.0;
+#[inline(always)]
+pub fn cut_edge<P: PlanePoint>(map: &CosineMap<P::Lanes>, horizons: &[Horizon<P::Lanes>], a: P, b: P) -> P::Lanes {
+    let (zero, one) = (a.x().splat(0.0), a.x().splat(1.0));
+    let nothing = map.depth.splat(0.0);
+    let mut sum = nothing;
     let (mut from, mut to) = (zero, one);
     for h in horizons {
         let (ha, hb) = (h.height.at(a), h.height.at(b));
-        match (ha > zero, hb > zero) {
-            (true, true) => {}
-            (false, false) => to = zero,
-            (start, _) => {
-                let t = ha / (ha - hb);
-                let closing = h.crossing(map.point((a + (b - a) * t).round()));
-                if start {
-                    sum -= closing;
-                    to = if t < to { t } else { to };
-                } else {
-                    sum += closing;
-                    from = if t > from { t } else { from };
-                }
-            }
+        let (start, end) = (ha.is_positive(), hb.is_positive());
+        if (start ^ end).any() {
+            let t = ha / (ha - hb);
+            let up = h.crossing(map.point((a + (b - a) * t).round()));
+            sum = sum + P::Lanes::select(start ^ end, P::Lanes::select(end, up, -up), nothing);
+            to = P::Scalar::select(start & !end & to.above(t), t, to);
+            from = P::Scalar::select(end & !start & t.above(from), t, from);
         }
+        to = P::Scalar::select(start | end, to, zero);
     }
-    if from < to {
-        let start = if from == zero { a } else { a + (b - a) * from };
-        let end = if to == one { b } else { a + (b - a) * to };
-        sum += edge_integral(map, start, end);
+    let part = to.above(from);
+    if part.any() {
+        let whole = !one.above(to);
+        let end = P::select(whole, b, a + (b - a) * to);
+        sum = sum + P::Lanes::select(part, edge_integral(map, a + (b - a) * from, end), nothing);
     }
     sum
 }

@@ -1,6 +1,8 @@
 //! The affine map from a light's plane to cosine space. Twin: `shaders/map.wgsl`.
 
-use core::ops::{Add, Div, Mul, Sub};
+use super::lanes::{Doubles, Lanes, Mask, Real, Vector};
+use core::fmt::Debug;
+use core::ops::{Add, Mul, Sub};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// How far outside the tree's square \[−1, 1\]² the origin of the map may lie.
@@ -17,50 +19,62 @@ const CLOSE: f32 = 1.0 / 256.0;
 /// cosine space (kept near the light): about it nothing cancels, so p has the full relative precision of f32
 /// however near the light is, and products of edges come from light-space differences.
 #[derive(Clone, Copy, Debug)]
-pub struct CosineMap {
+pub struct CosineMap<L: Lanes = f32> {
     /// Tree-space point that `c2` belongs to.
-    pub foot: Vec2,
+    pub foot: L::Vec2,
     /// Image of the x axis.
-    pub c0: Vec3,
+    pub c0: L::Vec3,
     /// Image of the y axis.
-    pub c1: Vec3,
+    pub c1: L::Vec3,
     /// Image of `foot`.
-    pub c2: Vec3,
+    pub c2: L::Vec3,
     /// N' = c0 × c1.
-    pub normal: Vec3,
+    pub normal: L::Vec3,
     /// c0 × c2.
-    pub w0: Vec3,
+    pub w0: L::Vec3,
     /// c1 × c2.
-    pub w1: Vec3,
+    pub w1: L::Vec3,
     /// D = −N'·c2: positive in front of the light.
-    pub depth: f32,
+    pub depth: L,
     /// c0·c0, c0·c1, c1·c1.
-    pub gram: [f32; 3],
+    pub gram: [L; 3],
 }
 
 /// A point of the light's plane relative to the map's foot: [`Vec2`] as a rule, [`DVec2`] where the light is close
-/// ([`CosineMap::is_close`]) and f32 would turn a long edge about the foot. The formulas are the same.
-pub trait PlanePoint: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Self::Scalar, Output = Self> {
-    /// f32 or f64.
-    type Scalar: Copy
-        + PartialOrd
-        + From<f32>
-        + Add<Output = Self::Scalar>
-        + Sub<Output = Self::Scalar>
-        + Mul<Output = Self::Scalar>
-        + Div<Output = Self::Scalar>;
+/// ([`CosineMap::is_close`]) and f32 would turn a long edge about the foot, or one for each lane. The formulas are the same.
+pub trait PlanePoint:
+    Copy + Debug + Add<Output = Self> + Sub<Output = Self> + Mul<Self::Scalar, Output = Self>
+{
+    /// Numbers of the map.
+    type Lanes: Lanes;
+    /// Coordinates: f32, f64 or one for each lane.
+    type Scalar: Real<Mask = <Self::Lanes as Real>::Mask>;
 
     /// The point `high` + `low` relative to `foot`.
-    fn from_foot(high: Vec2, low: Vec2, foot: Vec2) -> Self;
+    fn from_foot(high: Vec2, low: Vec2, foot: <Self::Lanes as Lanes>::Vec2) -> Self;
     /// x·other.y − y·other.x.
-    fn perp_dot(self, other: Self) -> f32;
+    fn perp_dot(self, other: Self) -> Self::Lanes;
     /// h.x·x + h.y·y + h.z.
-    fn form(self, h: Vec3) -> Self::Scalar;
+    fn form(self, h: <Self::Lanes as Lanes>::Vec3) -> Self::Scalar;
     /// To f32.
-    fn round(self) -> Vec2;
+    fn round(self) -> <Self::Lanes as Lanes>::Vec2;
+    /// The first coordinate.
+    fn x(self) -> Self::Scalar;
+    /// The second coordinate.
+    fn y(self) -> Self::Scalar;
+    /// `yes` where the mask holds, elsewhere `no`.
+    fn select(mask: <Self::Lanes as Real>::Mask, yes: Self, no: Self) -> Self;
+    /// From its coordinates.
+    fn of(x: Self::Scalar, y: Self::Scalar) -> Self;
+    /// `point` in every lane.
+    #[inline(always)]
+    fn fixed(self, point: Vec2) -> Self {
+        Self::of(self.x().splat(point.x), self.y().splat(point.y))
+    }
 }
 
 impl PlanePoint for Vec2 {
+    type Lanes = f32;
     type Scalar = f32;
 
     #[inline(always)]
@@ -82,9 +96,30 @@ impl PlanePoint for Vec2 {
     fn round(self) -> Vec2 {
         self
     }
+
+    #[inline(always)]
+    fn x(self) -> f32 {
+        self.x
+    }
+
+    #[inline(always)]
+    fn y(self) -> f32 {
+        self.y
+    }
+
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+
+    #[inline(always)]
+    fn of(x: f32, y: f32) -> Self {
+        Self::new(x, y)
+    }
 }
 
 impl PlanePoint for DVec2 {
+    type Lanes = f32;
     type Scalar = f64;
 
     #[inline(always)]
@@ -107,73 +142,142 @@ impl PlanePoint for DVec2 {
     fn round(self) -> Vec2 {
         self.as_vec2()
     }
+
+    #[inline(always)]
+    fn x(self) -> f64 {
+        self.x
+    }
+
+    #[inline(always)]
+    fn y(self) -> f64 {
+        self.y
+    }
+
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+
+    #[inline(always)]
+    fn of(x: f64, y: f64) -> Self {
+        Self::new(x, y)
+    }
+}
+
+impl<L: Lanes> CosineMap<L> {
+    /// The image of a point given relative to the foot.
+    #[inline(always)]
+    pub fn point(&self, q: L::Vec2) -> L::Vec3 {
+        self.c0 * q.x() + self.c1 * q.y() + self.c2
+    }
 }
 
 impl CosineMap {
+    /// [`Self::of`] at one point; `None` where there is no map.
+    pub fn new(c: [DVec3; 3], center: DVec2, half: f64) -> Option<Self> {
+        let (map, is_map) = Self::of::<f64>(c, center, half);
+        is_map.then_some(map)
+    }
+}
+
+impl<L: Lanes> CosineMap<L> {
     /// The map from the images `c` of the light-space x axis, y axis and origin, and the tree's square (its
     /// centre and half-width in light space). A common positive factor of `c` is immaterial.
     ///
     /// Formed in f64 and rounded once: where an edge runs through a narrow lobe's axis, a map formed in f32
-    /// moves the integral by up to 1e-3. `None` where the point lies in the light's plane (D = 0; the sign is
+    /// moves the integral by up to 1e-3. There is none where the point lies in the light's plane (D = 0; the sign is
     /// exact, by adaptive arithmetic), or where an image is not finite or the plane is seen as a line. A point nearer to the
     /// plane than 1e-9 of the light's half-width is taken for one that far from it.
-    pub fn new(c: [DVec3; 3], center: DVec2, half: f64) -> Option<Self> {
-        let largest = (c[0].abs().max(c[1].abs()) * half).max(c[2].abs()).max_element();
-        if !(largest.is_finite() && largest > f64::MIN_POSITIVE) {
-            return None;
-        }
+    #[inline(always)]
+    pub fn of<D: Doubles<Narrow = L, Mask = L::Mask>>(c: [D::Vec3; 3], center: DVec2, half: f64) -> (Self, L::Mask) {
+        let [x, y, origin] = c;
+        let constant = |value: f64| x.x().constant(value);
+        let largest = (x.largest().max(y.largest()) * half).max(origin.largest());
+        let ordinary = largest.above(constant(f64::MIN_POSITIVE)) & largest.at_most(constant(f64::MAX));
         // A power of two changes no digit.
-        let unit = f64::from_bits((2046 - (largest.to_bits() >> 52).min(2045)) << 52);
-        let coord = |v: DVec3| robust::Coord3D { x: v.x, y: v.y, z: v.z };
-        let [x, y, origin] = c.map(|v| v * unit);
-        let depth = -robust::orient3d(coord(x), coord(y), coord(origin), coord(DVec3::ZERO)) * half * half;
-        let (c0, c1, c2) = (x * half, y * half, origin + x * center.x + y * center.y);
+        let unit = largest.to_unit();
+        let (x, y, origin) = (x * unit, y * unit, origin * unit);
+        let depth = -triple_product::<D>(x, y, origin) * half * half;
+        let (c0, c1) = (x * constant(half), y * constant(half));
+        let c2 = origin + x * constant(center.x) + y * constant(center.y);
         let (g00, g01, g11) = (c0.dot(c0), c0.dot(c1), c1.dot(c1));
         let (h0, h1) = (-c0.dot(c2), -c1.dot(c2));
         let normal = c0.cross(c1);
-        let foot = DVec2::new(h0 * g11 - h1 * g01, h1 * g00 - h0 * g01) / normal.length_squared();
-        let foot = foot.clamp(DVec2::splat(-FOOT_LIMIT), DVec2::splat(FOOT_LIMIT)).as_vec2();
-        if depth == 0.0 || !foot.is_finite() {
-            return None;
+        let square = normal.length_squared();
+        let foot = [(h0 * g11 - h1 * g01) / square, (h1 * g00 - h0 * g01) / square];
+        let number = |v: D| v.at_most(constant(f64::INFINITY));
+        let is_map = ordinary & depth.abs().is_positive() & number(foot[0]) & number(foot[1]);
+        let near = |v: D| v.max(constant(-FOOT_LIMIT)).min(constant(FOOT_LIMIT)).narrow();
+        let (foot_x, foot_y) = (near(foot[0]), near(foot[1]));
+        let at = [D::widen(foot_x) * half + constant(center.x), D::widen(foot_y) * half + constant(center.y)];
+        let (mut c2, mut depth) = (origin + x * at[0] + y * at[1], depth);
+        let reach = g00.max(g11) * square;
+        let touching = (reach * (TOUCHING * TOUCHING)).above(depth * depth);
+        if touching.any() {
+            let least = D::select(touching, reach.sqrt() * TOUCHING, depth.abs());
+            let lifted = D::select(depth.is_positive(), least, -least);
+            c2 = c2 - normal * ((lifted - depth) / square);
+            depth = lifted;
         }
-        let at = center + foot.as_dvec2() * half;
-        let (mut c2, mut depth) = (origin + x * at.x + y * at.y, depth);
-        let least = (TOUCHING * g00.max(g11).sqrt() * normal.length()).copysign(depth);
-        if depth.abs() < least.abs() {
-            c2 -= normal * ((least - depth) / normal.length_squared());
-            depth = least;
-        }
-        Some(Self {
-            foot,
-            c0: c0.as_vec3(),
-            c1: c1.as_vec3(),
-            c2: c2.as_vec3(),
-            normal: normal.as_vec3(),
-            w0: c0.cross(c2).as_vec3(),
-            w1: c1.cross(c2).as_vec3(),
-            depth: depth as f32,
-            gram: [g00 as f32, g01 as f32, g11 as f32],
-        })
+        let map = Self {
+            foot: PlanePoint::of(foot_x, foot_y),
+            c0: narrow::<D>(c0),
+            c1: narrow::<D>(c1),
+            c2: narrow::<D>(c2),
+            normal: narrow::<D>(normal),
+            w0: narrow::<D>(c0.cross(c2)),
+            w1: narrow::<D>(c1.cross(c2)),
+            depth: depth.narrow(),
+            gram: [g00.narrow(), g01.narrow(), g11.narrow()],
+        };
+        (map, is_map)
     }
 
     /// Whether the light comes so near the origin, or the lobe's footprint on it is so small, that the rounding of the
     /// light's coordinates to f32 would show.
     #[inline(always)]
-    pub fn is_close(&self) -> bool {
-        self.c2.length_squared() < CLOSE * CLOSE * self.gram[0].max(self.gram[2])
-    }
-
-    /// The image of a point given relative to the foot.
-    #[inline(always)]
-    pub fn point(&self, q: Vec2) -> Vec3 {
-        self.c0 * q.x + self.c1 * q.y + self.c2
+    pub fn is_close(&self) -> L::Mask {
+        (self.gram[0].max(self.gram[2]) * (CLOSE * CLOSE)).above(self.c2.length_squared())
     }
 
     /// The heights over a plane of a point relative to the foot (see [`super::horizon::Height`]), from the
     /// plane's heights of the light-space axes and origin and the tree's square, formed in f64.
-    pub fn height_form(&self, [x, y, origin]: [f64; 3], center: DVec2, half: f64) -> Vec3 {
-        let at = center + self.foot.as_dvec2() * half;
-        let form = DVec3::new(x * half, y * half, origin + x * at.x + y * at.y);
-        (form / form.abs().max_element().max(f64::MIN_POSITIVE)).as_vec3()
+    #[inline(always)]
+    pub fn height_form<D: Doubles<Narrow = L, Mask = L::Mask>>(
+        &self,
+        [x, y, origin]: [D; 3],
+        center: DVec2,
+        half: f64,
+    ) -> L::Vec3 {
+        let at = |foot: L, center: f64| D::widen(foot) * half + x.constant(center);
+        let at = [at(self.foot.x(), center.x), at(self.foot.y(), center.y)];
+        let form: D::Vec3 = Vector::of(x * half, y * half, origin + x * at[0] + y * at[1]);
+        let largest = form.largest().max(x.constant(f64::MIN_POSITIVE));
+        narrow::<D>(form * (x.constant(1.0) / largest))
     }
+}
+
+/// A vector to f32.
+#[inline(always)]
+fn narrow<D: Doubles>(v: D::Vec3) -> <D::Narrow as Lanes>::Vec3 {
+    Vector::of(v.x().narrow(), v.y().narrow(), v.z().narrow())
+}
+
+/// a·(b × c), its sign exact (Shewchuk 1997).
+#[inline(always)]
+fn triple_product<D: Doubles>(a: D::Vec3, b: D::Vec3, c: D::Vec3) -> D {
+    /// Relative to the sum of the products' absolute values: (7 + 56ε)ε, ε half a step of 1.
+    const ERROR: f64 = 7.771_561_172_376_103e-16;
+    let (bc, cb) = (b.x() * c.y(), c.x() * b.y());
+    let (ca, ac) = (c.x() * a.y(), a.x() * c.y());
+    let (ab, ba) = (a.x() * b.y(), b.x() * a.y());
+    let product = a.z() * (bc - cb) + b.z() * (ca - ac) + c.z() * (ab - ba);
+    let sum =
+        (bc.abs() + cb.abs()) * a.z().abs() + (ca.abs() + ac.abs()) * b.z().abs() + (ab.abs() + ba.abs()) * c.z().abs();
+    let unsure = product.abs().at_most(sum * ERROR);
+    let lane = |lane: usize| {
+        let at = |v: D::Vec3| robust::Coord3D { x: v.x().lane(lane), y: v.y().lane(lane), z: v.z().lane(lane) };
+        robust::orient3d(at(a), at(b), at(c), robust::Coord3D { x: 0.0, y: 0.0, z: 0.0 })
+    };
+    product.repair(unsure, lane)
 }

@@ -7,7 +7,7 @@
 
 use super::horizon::Clip;
 use super::map::CosineMap;
-use super::tree::{Budget, Expansion, Handles, LowEnds, Node, Nodes, Place, place, tree_integral};
+use super::tree::{Budget, Expansion, Handles, LowEnds, Node, Nodes, place, tree_integral};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
@@ -82,24 +82,21 @@ pub fn mosaic_integral(
         let tile = &mosaic.tiles[i];
         sum.visited += 1;
         let center = tile.center - map.foot;
-        let place = place(clip.planes(), center, tile.half);
+        let place = place(map.depth, clip.planes(), center, tile.half);
         // A whole region below a horizon: whatever its contours cross elsewhere, they cross back.
-        if matches!(place, Place::Below(_)) {
+        if place.below() {
             i = tile.skip as usize;
             continue;
         }
         if tile.deviation > 0.0 {
             let expansion = Expansion::new(map, center, tile.half);
-            let bound = if place == Place::Above {
-                expansion.remainder(tile.deviation_3)
-            } else {
-                expansion.magnitude(tile.deviation)
-            };
-            if !budget.accept(bound, tolerance) {
+            let bound =
+                if place.above { expansion.remainder(tile.deviation_3) } else { expansion.magnitude(tile.deviation) };
+            if !budget.accept(bound, tolerance, true) {
                 i += 1;
                 continue;
             }
-            if place == Place::Above {
+            if place.above {
                 let d = expansion.derivatives(map);
                 sum.value += tile.m1_x * d.gradient[0] + tile.m1_y * d.gradient[1];
                 sum.value += tile.m2_xx * d.curvature[0] + tile.m2_xy * d.curvature[1] + tile.m2_yy * d.curvature[2];

@@ -31,15 +31,11 @@ impl Quad {
 /// The integral over the rectangle inside the half-spaces of `clip`, signed: positive in front of the light, negative
 /// behind; 1 for a full hemisphere.
 pub fn quad_integral(map: &CosineMap, clip: &Clip, quad: &Quad) -> f32 {
-    let horizons: &[Horizon] = match clip {
-        Clip::None => &[],
-        Clip::One(one) => one,
-        Clip::Two(two) => two,
-    };
+    let horizons = clip.planes();
     if map.is_close() { edges::<DVec2>(map, horizons, quad) } else { edges::<Vec2>(map, horizons, quad) }
 }
 
-fn edges<P: PlanePoint>(map: &CosineMap, horizons: &[Horizon], quad: &Quad) -> f32 {
+fn edges<P: PlanePoint<Lanes = f32>>(map: &CosineMap, horizons: &[Horizon], quad: &Quad) -> f32 {
     let corner = |x: f32, y: f32| {
         let side = Vec2::new(x, y);
         P::from_foot(quad.half * side, quad.low * side, map.foot)

@@ -99,6 +99,8 @@ pub struct Textures<'a> {
     pub textures: &'a [SurfaceTexture],
     /// All texels of all levels.
     pub texels: &'a [u32],
+    /// Whether any material has one.
+    pub any: bool,
 }
 
 /// Where a ray from the camera meets a triangle.
@@ -167,32 +169,35 @@ pub fn surface_point(
     let geometric = e1.cross(e2).normalize();
     let facing = if geometric.dot(view) < 0.0 { -1.0 } else { 1.0 };
     let mut normal = blend(triangle.n0, triangle.n1, triangle.n2).normalize() * facing;
-    let uv = Vec2::new(triangle.e1.w, triangle.e2.w) * w
-        + Vec2::new(triangle.n0.w, triangle.n1.w) * hit.u
-        + Vec2::new(triangle.n2.w, triangle.t1.w) * hit.v;
-    // Width of the sample's footprint in texture coordinates, the mean of its two axes.
-    let slant = geometric.dot(view).abs().max(0.01);
-    let footprint = triangle.p0.w * rays.forward.w * position.length() / slant.sqrt();
     let material = &materials[triangle.t2.w.to_bits() as usize];
     let mut base_color = material.base_color.truncate();
     let mut metallic = material.base_color.w;
     let mut alpha = material.alpha;
-    if material.base_color_texture != NO_TEXTURE {
-        base_color *= sample(textures, material.base_color_texture, uv, footprint, true);
-    }
-    if material.metallic_roughness_texture != NO_TEXTURE {
-        let texel = sample(textures, material.metallic_roughness_texture, uv, footprint, false);
-        // Perceptual roughness is multiplied: alpha is its square.
-        alpha *= texel.y * texel.y;
-        metallic *= texel.z;
-    }
-    if material.normal_texture != NO_TEXTURE {
-        let texel = sample(textures, material.normal_texture, uv, footprint, false) * 2.0 - 1.0;
-        let tangent = blend(triangle.t0, triangle.t1, triangle.t2);
-        let tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
-        let bitangent = normal.cross(tangent) * (triangle.t0.w * facing);
-        let scale = material.normal_scale;
-        normal = (tangent * (texel.x * scale) + bitangent * (texel.y * scale) + normal * texel.z.max(0.01)).normalize();
+    if textures.any {
+        let uv = Vec2::new(triangle.e1.w, triangle.e2.w) * w
+            + Vec2::new(triangle.n0.w, triangle.n1.w) * hit.u
+            + Vec2::new(triangle.n2.w, triangle.t1.w) * hit.v;
+        // Width of the sample's footprint in texture coordinates, the mean of its two axes.
+        let slant = geometric.dot(view).abs().max(0.01);
+        let footprint = triangle.p0.w * rays.forward.w * position.length() / slant.sqrt();
+        if material.base_color_texture != NO_TEXTURE {
+            base_color *= sample(textures, material.base_color_texture, uv, footprint, true);
+        }
+        if material.metallic_roughness_texture != NO_TEXTURE {
+            let texel = sample(textures, material.metallic_roughness_texture, uv, footprint, false);
+            // Perceptual roughness is multiplied: alpha is its square.
+            alpha *= texel.y * texel.y;
+            metallic *= texel.z;
+        }
+        if material.normal_texture != NO_TEXTURE {
+            let texel = sample(textures, material.normal_texture, uv, footprint, false) * 2.0 - 1.0;
+            let tangent = blend(triangle.t0, triangle.t1, triangle.t2);
+            let tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
+            let bitangent = normal.cross(tangent) * (triangle.t0.w * facing);
+            let scale = material.normal_scale;
+            let bent = tangent * (texel.x * scale) + bitangent * (texel.y * scale) + normal * texel.z.max(0.01);
+            normal = bent.normalize();
+        }
     }
     // A normal that looks away from the eye, by interpolation or by a normal map, is turned until it doesn't.
     let away = normal.dot(view);

@@ -12,7 +12,7 @@ use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::emitter::Emitter;
 use glyphlight::backend::gather::Images;
 use glyphlight::backend::prepared::Prepared;
-use glyphlight::backend::{Backend, BackendError, Horizons, Settings, Technique};
+use glyphlight::backend::{Backend, BackendError, Settings, Technique};
 use glyphlight::brdf::ltc::Table;
 use glyphlight::kernel::frame::ShadingFrame;
 use glyphlight::kernel::tree::Budget;
@@ -49,7 +49,7 @@ fn lights() -> Vec<(&'static str, Shape)> {
 }
 
 fn settings(tolerance: f32) -> Settings {
-    Settings { width: 1024, height: 1024, samples: 1, tolerance, technique: Technique::Tree, horizons: Horizons::Both }
+    Settings { width: 1024, height: 1024, samples: 1, tolerance, ..Settings::default() }
 }
 
 /// A metal floor under the light.

@@ -4,7 +4,7 @@ use crate::cases::{Rng, blob};
 use glam::{DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::technique::Basis;
-use glyphlight::backend::{Backend, Horizons, Settings, Technique};
+use glyphlight::backend::{Backend, Settings, Technique};
 use glyphlight::film::Film;
 use glyphlight::light::{AreaLight, Form, Layer, Placement, simple};
 use glyphlight::outline::font::Font;
@@ -83,7 +83,7 @@ fn gallery() -> Scene {
 }
 
 fn settings(technique: Technique) -> Settings {
-    Settings { width: 97, height: 71, samples: 1, tolerance: 1e-4, technique, horizons: Horizons::Both }
+    Settings { width: 97, height: 71, samples: 1, tolerance: 1e-4, technique, ..Settings::default() }
 }
 
 fn render(scene: &Scene, technique: Technique) -> Film {

@@ -12,7 +12,7 @@ use glyphlight::backend::gather::Images;
 use glyphlight::backend::gpu::layout::MeterPoint;
 use glyphlight::backend::gpu::{AdapterChoice, GpuBackend};
 use glyphlight::backend::prepared::Prepared;
-use glyphlight::backend::{Backend, BackendError, Horizons, Rendering, Settings, Stats, Technique};
+use glyphlight::backend::{Backend, BackendError, Rendering, Settings, Stats, Technique};
 use glyphlight::brdf::ltc::Table;
 use glyphlight::film::Film;
 use glyphlight::kernel::frame::ShadingFrame;
@@ -41,7 +41,7 @@ pub fn gpu() -> Option<&'static GpuBackend> {
 }
 
 pub fn settings(samples: u32) -> Settings {
-    Settings { width: 97, height: 71, samples, tolerance: 1e-4, technique: Technique::Tree, horizons: Horizons::Both }
+    Settings { width: 97, height: 71, samples, tolerance: 1e-4, ..Settings::default() }
 }
 
 fn material(alpha: f32, metallic: f32) -> Material {
@@ -344,6 +344,9 @@ pub fn same_stats(a: &Stats, b: &Stats) -> bool {
             && near(x.behind, y.behind)
             && near(x.below_horizon, y.below_horizon)
             && near(x.no_lobe, y.no_lobe)
+            && near(x.under_tolerance, y.under_tolerance)
+            && near(x.behind_tile, y.behind_tile)
+            && near(x.below_tile, y.below_tile)
     });
     let totals = a.shaded == b.shaded && near(a.integrals, b.integrals) && near(a.nodes, b.nodes);
     totals && lights && a.lights.len() == b.lights.len()

@@ -216,7 +216,8 @@ fn rmse_over_quad(scene: &Scene, brighter: f64) -> f64 {
     let sampling = Sampling { spp: 512, lobe: ReferenceLobe::Ltc, ..Sampling::default() };
     let yardstick = if picture { Technique::Reference(sampling) } else { Technique::Exact };
     let render = |scene: &Scene, technique: Technique, horizons: Horizons| {
-        let settings = Settings { width: 32, height: 18, samples: 1, tolerance: 1e-4, technique, horizons };
+        let settings =
+            Settings { width: 32, height: 18, samples: 1, tolerance: 1e-4, technique, horizons, ..Settings::default() };
         CpuBackend.render(scene, &settings).unwrap().film
     };
     let ours = (&lit, Technique::Tree, Horizons::Both);

@@ -40,7 +40,15 @@ fn matte() -> Material {
 }
 
 fn settings(technique: Technique) -> Settings {
-    Settings { width: 96, height: 60, samples: 1, tolerance: 1e-5, technique, horizons: Horizons::Cosine }
+    Settings {
+        width: 96,
+        height: 60,
+        samples: 1,
+        tolerance: 1e-5,
+        technique,
+        horizons: Horizons::Cosine,
+        ..Settings::default()
+    }
 }
 
 fn quad(mask: u32) -> Technique {

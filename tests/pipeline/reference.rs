@@ -46,7 +46,7 @@ fn sampling(spp: u32, lobe: ReferenceLobe) -> Sampling {
 }
 
 fn settings(technique: Technique) -> Settings {
-    Settings { width: 24, height: 16, samples: 1, tolerance: 1e-4, technique, horizons: Horizons::Both }
+    Settings { width: 24, height: 16, samples: 1, tolerance: 1e-4, technique, ..Settings::default() }
 }
 
 fn sampled(scene: &Scene, sampling: Sampling) -> Rendering {

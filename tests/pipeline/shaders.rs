@@ -13,6 +13,7 @@ use glyphlight::kernel::picture::Level;
 use glyphlight::kernel::quad::Quad;
 use glyphlight::kernel::representative::Solid;
 use glyphlight::kernel::surface::{Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle};
+use glyphlight::kernel::tile::LightBox;
 use glyphlight::kernel::tree::{Handles, Node};
 use std::collections::BTreeMap;
 use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -83,6 +84,7 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
         layout!(SurfaceTexture: offset width height levels),
         layout!(Emitter: x first y end center first_detail normal light radiance two_sided
             form radius length picture),
+        layout!(LightBox: center area x half_x y half_y z half_z radiance one_sided),
         layout!(Node: center half a b m0 m1 m2 areas link),
         layout!(Handles: p1 p2 low1 low2),
         layout!(Curve: p0 p1 p2 p3),

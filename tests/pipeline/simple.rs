@@ -12,7 +12,7 @@ use glam::{DAffine2, DVec2, DVec3};
 use glyphlight::backend::gather::Images;
 use glyphlight::backend::prepared::Prepared;
 use glyphlight::backend::technique::{ReferenceLobe, Sampling};
-use glyphlight::backend::{Horizons, Settings, Technique};
+use glyphlight::backend::{Settings, Technique};
 use glyphlight::brdf::ltc::{Lobe, Table};
 use glyphlight::kernel::frame::ShadingFrame;
 use glyphlight::kernel::tree::Budget;
@@ -46,7 +46,7 @@ fn scene(lights: Vec<AreaLight>) -> Scene {
 }
 
 fn settings(technique: Technique) -> Settings {
-    Settings { width: 1, height: 1, samples: 1, tolerance: TOLERANCE, technique, horizons: Horizons::Both }
+    Settings { width: 1, height: 1, samples: 1, tolerance: TOLERANCE, technique, ..Settings::default() }
 }
 
 fn prepared(light: &AreaLight, technique: Technique) -> Prepared {

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;
-use glyphlight::backend::{Backend, Horizons, Settings, Technique};
+use glyphlight::backend::{Backend, Settings, Technique};
 use glyphlight::film::Film;
 use glyphlight::light::{AreaLight, Form, Layer, Placement};
 use glyphlight::scene::surface::plane;
@@ -41,7 +41,7 @@ fn scene(lights: Vec<AreaLight>) -> Scene {
 }
 
 fn render(scene: &Scene, technique: Technique) -> Film {
-    let settings = Settings { width: 65, height: 41, samples: 1, tolerance: 1e-4, technique, horizons: Horizons::Both };
+    let settings = Settings { width: 65, height: 41, samples: 1, tolerance: 1e-4, technique, ..Settings::default() };
     CpuBackend.render(scene, &settings).unwrap().film
 }
 

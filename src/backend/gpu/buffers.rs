@@ -38,6 +38,7 @@ impl SceneBuffers {
             storage(device, "boxes", &boxes.boxes)?,
             elements(device, "pictures of lights", &emitters.pictures)?,
             elements(device, "texels of lights", &emitters.picture_texels)?,
+            storage(device, "boxes of lights", prepared.map_or(&[], |p| &p.boxes))?,
         ];
         let frame = device.device.create_buffer(&BufferDescriptor {
             label: Some("frame"),

@@ -1,9 +1,8 @@
 //! What the shaders read and write, byte for byte: twins of the structs of `shaders/types.wgsl` that are not kernel types.
 //! Positions are relative to the camera, in metres.
 
+use crate::backend::Technique;
 use crate::backend::emitter::{self, Geometry};
-use crate::backend::prepared::Prepared;
-use crate::backend::{Horizons, Technique};
 use crate::kernel::pal::Polygon;
 use crate::kernel::picture::Level;
 use crate::kernel::surface::Rays;
@@ -295,48 +294,6 @@ pub struct Reading {
     pub specular: Vec3,
     /// Nodes, edges or texels of the second.
     pub specular_nodes: u32,
-}
-
-/// Parts of the shaders that a scene may do without.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Features {
-    /// Some material has a diffuse part.
-    pub diffuse: bool,
-    /// Some material has a specular lobe.
-    pub specular: bool,
-    /// Some material has a texture.
-    pub textures: bool,
-    /// Some light is a sphere or a tube.
-    pub bodies: bool,
-    /// Some emitter has a picture.
-    pub pictures: bool,
-    /// Specular lobes are clipped at the true horizon.
-    pub true_horizon: bool,
-    /// Name of the technique.
-    pub technique: &'static str,
-}
-
-impl Features {
-    /// What a scene needs.
-    pub fn of(prepared: &Prepared) -> Self {
-        let none = crate::kernel::surface::NO_TEXTURE;
-        let materials = &prepared.materials;
-        Self {
-            // A metallic texture only lowers the metallic value.
-            diffuse: materials.iter().any(|m| {
-                let black = m.base_color.truncate().max_element() <= 0.0;
-                !black && (m.base_color.w < 1.0 || m.metallic_roughness_texture != none)
-            }),
-            specular: materials.iter().any(|m| m.specular > 0.0 || m.base_color.w > 0.0),
-            textures: materials.iter().any(|m| {
-                [m.base_color_texture, m.metallic_roughness_texture, m.normal_texture].iter().any(|&t| t != none)
-            }),
-            bodies: prepared.emitters.iter().any(|e| e.form.is_body()),
-            pictures: prepared.emitters.iter().any(|e| e.picture.is_some()),
-            true_horizon: prepared.horizons == Horizons::Both,
-            technique: prepared.technique.name(),
-        }
-    }
 }
 
 #[cfg(test)]

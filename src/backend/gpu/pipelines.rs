@@ -2,8 +2,8 @@
 
 use super::buffers::SceneBuffers;
 use super::device::Device;
-use super::layout::Features;
 use super::source::{self, Source};
+use crate::backend::features::Features;
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry,
     BindingResource, BindingType, BufferBindingType, ComputePipeline, ComputePipelineDescriptor, PipelineLayout,
@@ -17,7 +17,7 @@ pub const VISIBILITY_FORMAT: TextureFormat = TextureFormat::R32Uint;
 pub const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
 /// Number of scene arrays: bindings 1 to this of group 0.
-const ARRAYS: u32 = 11;
+const ARRAYS: u32 = 12;
 
 /// Layouts that all scenes share.
 #[derive(Debug)]
@@ -114,10 +114,16 @@ impl Layouts {
         let constants = [
             ("DIFFUSE", flag(features.diffuse)),
             ("SPECULAR", flag(features.specular)),
+            ("SKIP_LOBES", flag(features.skips.lobes)),
+            ("SKIP_BEHIND_TILES", flag(features.skips.behind)),
+            ("SKIP_BELOW_TILES", flag(features.skips.below_horizon)),
+            ("SKIP_UNDER_TOLERANCE", flag(features.skips.under_tolerance)),
+            ("TILES", flag(features.skips.by_tile())),
             ("TEXTURES", flag(features.textures)),
             ("PICTURES", flag(features.pictures)),
             ("BODIES", flag(features.bodies)),
             ("TRUE_HORIZON", flag(features.true_horizon)),
+            ("HORIZONS", flag(features.horizons)),
         ];
         Pipelines {
             gbuffer: self.gbuffer_pipeline(device),

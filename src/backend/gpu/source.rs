@@ -8,6 +8,7 @@ use crate::kernel::map::FOOT_LIMIT;
 use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
 use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
+use crate::kernel::tile::{BUCKETS, SKIP_SHARE};
 use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SLACK};
 use crate::kernel::{pal, representative};
 
@@ -61,9 +62,12 @@ pub fn gbuffer() -> Source {
 }
 
 /// Shading by the technique of that name: `light_pixels`, with the overrides `DIFFUSE`, `SPECULAR`, `TEXTURES`,
-/// `PICTURES`, `BODIES` and `TRUE_HORIZON`.
+/// `PICTURES`, `BODIES` and `TRUE_HORIZON` and those of what is skipped.
 pub fn light(name: &str) -> Source {
-    concatenate("light", &[LIGHTS, technique(name), files!("surface" "reflect" "nearest" "light")])
+    concatenate(
+        "light",
+        &[LIGHTS, technique(name), files!("surface" "reflect" "nearest" "tile" "skips" "light_list" "light")],
+    )
 }
 
 /// The light meter of the technique of that name: `read_meter`, with the overrides `PICTURES`, `BODIES` and
@@ -90,6 +94,7 @@ fn constants() -> String {
         ("NO_PICTURE", NO_PICTURE),
         ("BOX_COUNT_BITS", BOX_COUNT_BITS),
         ("SKIP_ROWS", SKIP_ROWS),
+        ("BUCKETS", BUCKETS),
         ("PAL_WEIGHTED", pal::WEIGHTED),
         ("PAL_BIASED", pal::BIASED),
         ("SOLID_RECTANGLE", representative::RECTANGLE),
@@ -104,6 +109,7 @@ fn constants() -> String {
         ("LTC_ALPHA_MIN", ALPHA_MIN),
         ("SEAM", SEAM),
         ("SLACK", SLACK),
+        ("SKIP_SHARE", SKIP_SHARE),
         ("MARGIN", MARGIN),
         ("FOOT_LIMIT", FOOT_LIMIT as f32),
         ("PAL_BIAS", pal::BIAS),

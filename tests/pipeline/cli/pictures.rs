@@ -143,12 +143,12 @@ fn counters_add_up() {
         let shaded = number(stats, "shaded");
         assert!(shaded > 0 && shaded <= 96 * 54 * 2);
         assert_eq!(lights.iter().map(|l| number(l, "candidates")).collect::<Vec<_>>(), [2, 2, 4].map(|k| k * shaded));
-        let skipped = sum("behind") + sum("below_horizon") + sum("no_lobe");
+        let skipped = sum("behind") + sum("below_horizon") + sum("no_lobe") + sum("under_tolerance");
         assert_eq!(number(stats, "integrals") + skipped, sum("candidates"));
         assert!(number(stats, "nodes") >= number(stats, "integrals"));
     }
     assert!(number(&fine, "nodes") > number(&coarse, "nodes"), "a finer tolerance costs nodes");
-    assert_eq!(number(&fine, "integrals"), number(&coarse, "integrals"), "and no integrals");
+    assert!(number(&fine, "integrals") >= number(&coarse, "integrals"), "and the integrals of weak lights");
     let stages = coarse["stages"].as_array().unwrap();
     let names: Vec<_> = stages.iter().map(|s| s[0].as_str().unwrap()).collect();
     assert!(["load", "shading", "write"].iter().all(|n| names.contains(n)), "{names:?}");

@@ -4,7 +4,7 @@ use crate::cases::{Rng, blob};
 use crate::cli::Workdir;
 use glam::{DVec2, DVec3, DVec4, Vec4};
 use glyphlight::backend::cpu::CpuBackend;
-use glyphlight::backend::{Backend, Settings, Technique};
+use glyphlight::backend::{Backend, Settings};
 use glyphlight::light::{AreaLight, Form, Layer, Placement};
 use glyphlight::picture::Picture;
 use glyphlight::scene::Scene;
@@ -220,18 +220,9 @@ fn seen(rotation: DVec3, position: DVec3, two_sided: bool, picture: Picture, sam
         }],
         background: [0.0; 3],
     };
-    let settings = Settings { width: 90, height: 90, samples, tolerance: 1e-4, technique: Technique::Tree, ..SETTINGS };
+    let settings = Settings { width: 90, height: 90, samples, ..Settings::default() };
     CpuBackend.render(&scene, &settings).unwrap().film
 }
-
-const SETTINGS: Settings = Settings {
-    width: 90,
-    height: 90,
-    samples: 1,
-    tolerance: 1e-4,
-    technique: Technique::Tree,
-    horizons: glyphlight::backend::Horizons::Both,
-};
 
 /// The pixel in which a world point is seen by the camera of [`seen`] on the z axis.
 fn pixel(p: DVec3) -> usize {

@@ -7,7 +7,7 @@ use glyphlight::backend::prepared::Prepared;
 use glyphlight::backend::reference::measure;
 use glyphlight::backend::reference::region::Region;
 use glyphlight::backend::technique::{ReferenceLobe, Sampling};
-use glyphlight::backend::{Backend, Horizons, Settings, Technique};
+use glyphlight::backend::{Backend, Settings, Technique};
 use glyphlight::brdf::ggx;
 use glyphlight::brdf::ltc::Table;
 use glyphlight::kernel::frame::ShadingFrame;
@@ -33,7 +33,7 @@ pub fn scene(eye: DVec3, material: Material, lights: Vec<AreaLight>) -> Scene {
 
 pub fn settings(sampling: Sampling) -> Settings {
     let technique = Technique::Reference(sampling);
-    Settings { width: 1, height: 1, samples: 1, tolerance: 1e-4, technique, horizons: Horizons::Both }
+    Settings { width: 1, height: 1, samples: 1, tolerance: 1e-4, technique, ..Settings::default() }
 }
 
 /// Irradiance and specular reading at the origin of the floor, viewed from `eye`.

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::gpu::layout::MeterPoint;
 use glyphlight::backend::prepared::Prepared;
-use glyphlight::backend::{Backend, Horizons, Settings, Technique};
+use glyphlight::backend::{Backend, Settings, Technique};
 use glyphlight::light::{Placement, simple};
 use glyphlight::scene::surface::plane;
 use glyphlight::scene::{Camera, Material, Scene};
@@ -100,7 +100,7 @@ fn pictures_are_the_same_on_both() {
         samples: 1,
         tolerance: 1e-4,
         technique: Technique::Tree,
-        horizons: Horizons::Both,
+        ..Settings::default()
     };
     let difference = |a: &Scene, b: &Scene, technique: Technique| {
         let a = CpuBackend.render(a, &Settings { technique, ..settings }).unwrap();

@@ -3,7 +3,7 @@
 use super::{brute::Body, light, scene};
 use glam::{DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;
-use glyphlight::backend::{Backend, Horizons, Settings, Technique};
+use glyphlight::backend::{Backend, Settings, Technique};
 use glyphlight::film::Film;
 use glyphlight::light::{AreaLight, Placement, simple};
 use glyphlight::scene::surface::plane;
@@ -68,7 +68,7 @@ fn render(scene: &Scene) -> Film {
         samples: 16,
         tolerance: 1e-3,
         technique: Technique::Tree,
-        horizons: Horizons::Both,
+        ..Settings::default()
     };
     CpuBackend.render(scene, &settings).unwrap().film
 }
