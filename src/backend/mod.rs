@@ -13,14 +13,16 @@ pub mod reference;
 mod sight;
 mod silhouette;
 pub mod skips;
+pub mod stage;
 mod surfaces;
 pub mod technique;
 pub mod tile;
 mod uncut;
+mod visibility;
 
 use crate::film::Film;
 use crate::kernel::surface::Rays;
-use crate::scene::Scene;
+use crate::scene::{Motion, Scene};
 use glam::Vec3;
 use prepared::Prepared;
 pub use skips::Skips;
@@ -80,6 +82,43 @@ pub struct Stats {
     pub left_out: Vec<String>,
     /// Per light: its name and how many integrals were skipped, by reason.
     pub lights: Vec<LightStats>,
+    /// What was reused from the frames before.
+    pub reused: Vec<Reused>,
+}
+
+/// Something that pictures are made with, and that a frame of a sequence may take over from the one before.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Reused {
+    /// What it is.
+    pub what: String,
+    /// How often it was there already.
+    pub reused: u64,
+    /// How often it was made.
+    pub made: u64,
+}
+
+impl Stats {
+    /// Adds another frame of the same sequence: its times and its counts.
+    pub fn add(&mut self, frame: &Self) {
+        for (stage, seconds) in &frame.stages {
+            match self.stages.iter_mut().find(|(name, _)| name == stage) {
+                Some((_, sum)) => *sum += seconds,
+                None => self.stages.push((stage.clone(), *seconds)),
+            }
+        }
+        self.shaded += frame.shaded;
+        self.integrals += frame.integrals;
+        self.nodes += frame.nodes;
+        // Left out of the sequence is what is left out of every frame.
+        self.left_out.retain(|part| frame.left_out.contains(part));
+        for (sum, light) in self.lights.iter_mut().zip(&frame.lights) {
+            sum.add(light);
+        }
+        for (sum, reused) in self.reused.iter_mut().zip(&frame.reused) {
+            sum.reused += reused.reused;
+            sum.made += reused.made;
+        }
+    }
 }
 
 /// Why integrals of one light were skipped.
@@ -203,9 +242,37 @@ pub enum BackendError {
 
 /// Something that can render a scene.
 pub trait Backend {
+    /// Begins a sequence of pictures of a scene in motion. Nothing is computed yet.
+    ///
+    /// # Errors
+    /// [`BackendError::CpuOnly`].
+    fn begin<'a>(
+        &'a self,
+        scene: &'a Scene,
+        motion: &'a Motion,
+        settings: &Settings,
+    ) -> Result<Box<dyn Session + 'a>, BackendError>;
+
     /// Renders `scene`. `stats` are complete even where nothing was shaded.
-    fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError>;
+    ///
+    /// # Errors
+    /// What is wrong with the settings, the scene or the device.
+    fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError> {
+        self.begin(scene, &STILL, settings)?.frame(0.0)
+    }
 }
+
+/// A sequence of pictures, of which each takes over from the one before what has not changed.
+pub trait Session {
+    /// Renders the scene as it is at `time`, seconds: to the byte what [`Backend::render`] makes of it after [`Motion::set`].
+    ///
+    /// # Errors
+    /// As [`Backend::render`].
+    fn frame(&mut self, time: f64) -> Result<Rendering, BackendError>;
+}
+
+/// Of a single picture.
+static STILL: Motion = Motion::STILL;
 
 /// The default technique at the command's size and tolerance.
 impl Default for Settings {
@@ -309,13 +376,7 @@ impl Counters {
 }
 
 /// Lays the lights over the shaded surfaces and the background.
-fn compose(
-    scene: &Scene,
-    prepared: &Prepared,
-    surfaces: &Surfaces<'_>,
-    settings: &Settings,
-    pixels: &[Shaded],
-) -> Film {
+fn compose(scene: &Scene, prepared: &Prepared, surfaces: &Surfaces, settings: &Settings, pixels: &[Shaded]) -> Film {
     let sight = sight::see(prepared, surfaces, settings);
     let background = Vec3::from_array(scene.background);
     let mut film = Film::new(settings.width, settings.height);

@@ -8,6 +8,7 @@ mod backend;
 mod compare;
 mod display;
 mod fit;
+mod frames;
 mod inspect;
 mod lights;
 mod machine;

@@ -4,9 +4,11 @@ pub mod diagram;
 pub mod display;
 mod exr;
 pub mod heat;
+mod numbered;
 mod png;
 
 pub use display::{Display, ToneMap};
+pub use numbered::frame_path;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 

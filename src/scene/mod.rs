@@ -6,6 +6,7 @@ pub mod file;
 pub mod folder;
 pub mod material;
 pub mod mesh;
+pub mod motion;
 pub mod preset;
 pub mod surface;
 pub mod texture;
@@ -13,6 +14,7 @@ pub mod texture;
 use crate::light::AreaLight;
 pub use camera::Camera;
 pub use material::{Material, Texture};
+pub use motion::Motion;
 pub use surface::{Triangle, Vertex};
 
 /// All that is rendered. Build one in code.

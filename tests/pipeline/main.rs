@@ -12,6 +12,7 @@ mod compare;
 mod edges;
 mod film;
 mod fonts;
+mod frames;
 mod kernel;
 mod mask;
 mod mesh;
