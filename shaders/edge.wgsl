@@ -21,7 +21,7 @@ fn angle_over_sine(x: f32) -> f32 {
 fn edge_integral(map: CosineMap, a: vec2f, b: vec2f) -> f32 {
     let pa = map_point(map, a);
     let pb = map_point(map, b);
-    let inv = 1.0 / sqrt(dot(pa, pa) * dot(pb, pb));
+    let inv = 1.0 / (length(pa) * length(pb));
     return edge_angle(edge_normal(map, perp_dot(b - a, a), b - a), dot(pa, pb) * inv, inv);
 }
 

@@ -11,6 +11,19 @@ struct Budget {
     share: f32,
 }
 
+const INFINITE_BOUND: f32 = 3e38;
+
+// Whether a node with this error bound need not be refined; if so, its bound is spent.
+fn budget_accept(budget: ptr<function, Budget>, bound: f32, tolerance: f32) -> bool {
+    if bound <= tolerance * (*budget).share {
+        (*budget).spent += bound / tolerance;
+        let left = SLACK / (SLACK + (*budget).spent);
+        (*budget).share = left * left;
+        return true;
+    }
+    return false;
+}
+
 // Why an integral is zero without having been evaluated.
 const SKIP_NONE: u32 = 0u;
 const SKIP_BEHIND: u32 = 1u;

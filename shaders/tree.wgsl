@@ -1,7 +1,5 @@
 // The walk over the chord-moment tree. Twin of src/kernel/tree.rs, which explains it; the kinds of node come from there.
 
-const INFINITE_BOUND: f32 = 3e38;
-
 const PLACE_ABOVE: u32 = 0u;
 const PLACE_CUT: u32 = 1u;
 // Wholly below the first horizon, and the next value below the second.
@@ -67,17 +65,6 @@ fn expansion_bound(e: Expansion, area: f32, area_3: f32, place: u32, piece: bool
         terms = select(remainder, remainder_at_centroid, piece);
     }
     return abs(e.scale) * terms;
-}
-
-// Whether a node with this error bound need not be refined; if so, its bound is spent.
-fn budget_accept(budget: ptr<function, Budget>, bound: f32, tolerance: f32) -> bool {
-    if bound <= tolerance * (*budget).share {
-        (*budget).spent += bound / tolerance;
-        let left = SLACK / (SLACK + (*budget).spent);
-        (*budget).share = left * left;
-        return true;
-    }
-    return false;
 }
 
 // k, grad k and the parts of H that go with the moments m0, m1 and m2.

@@ -1,5 +1,5 @@
 // Structs and bindings of all passes. The structs' layouts are those of the Rust types of the same names, which a test holds
-// them against: src/kernel/{picture,quad,surface,tile,tree}.rs and src/backend/gpu/layout.rs, which say what each member is.
+// them against: src/kernel/{cluster,picture,quad,surface,tile,tree}.rs and src/backend/gpu/layout.rs, which say what each member is.
 //
 // Positions are relative to the camera, in metres.
 
@@ -25,6 +25,10 @@ struct Frame {
     eps: f32,
     // uniform: edges per curve. pal: the basis.
     choice: u32,
+    // Number of clusters of lights, and their unit of length over a metre.
+    clusters: u32,
+    per_metre: f32,
+    pad: vec2u,
 }
 
 struct SurfaceTriangle {
@@ -86,6 +90,22 @@ struct LightBox {
     half_z: f32,
     radiance: vec3f,
     one_sided: u32,
+}
+
+struct Cluster {
+    center: vec3f,
+    link: u32,
+    half: vec3f,
+    low: f32,
+    axis: vec3f,
+    high: f32,
+    flux: vec3f,
+    cone_cos: f32,
+    squares: vec3f,
+    cone_sin: f32,
+    products: vec3f,
+    pad: f32,
+    moments: array<mat4x4f, 3>,
 }
 
 struct Node {
@@ -167,7 +187,7 @@ struct Reading {
 @group(0) @binding(8) var<storage, read> ltc_table: array<vec4f>;
 @group(0) @binding(9) var<storage, read> boxes: array<Box>;
 // 6 and 7 are the lights' regions as the technique reads them: gather_*.wgsl. 10 and 11 are their pictures: picture.wgsl.
-// 12 are their boxes: light_list.wgsl.
+// 12 are their boxes: light_list.wgsl. 13 are their clusters: cluster.wgsl.
 
 // Shading: the triangle seen at the sample, plus one (0 = none), with a border of one pixel; what it adds to.
 @group(1) @binding(0) var visibility: texture_2d<u32>;

@@ -20,6 +20,7 @@ pub mod picture;
 pub mod report;
 pub mod scene;
 pub mod shape;
+pub mod stress;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

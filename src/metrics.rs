@@ -8,7 +8,7 @@
 //! [`Film::reflected`]: crate::film::Film::reflected
 
 /// What a picture differs by from its yardstick.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Figures {
     /// Mean of the absolute differences, W·sr⁻¹·m⁻².
     pub mae: f64,

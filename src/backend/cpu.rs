@@ -9,9 +9,11 @@ use super::surfaces::Surfaces;
 use super::tile::{LightList, Listed, SIDE, TilePoints};
 use super::visibility::SeenRows;
 use super::{
-    Backend, BackendError, Counters, Rendering, Session, Settings, Shaded, Stats, Stopwatch, Technique, reference,
+    Backend, BackendError, Counters, Rendering, Session, Settings, Shaded, Stats, Stopwatch, Technique, TreeMemory,
+    reference,
 };
 use crate::brdf::ltc::{Lobe, Table};
+use crate::kernel::cluster::{ClusterSums, ListedCluster, Receiver};
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::packet::{MAX_LANES, Processor};
 use crate::kernel::reflect::Reflectance;
@@ -56,7 +58,7 @@ impl Session for CpuSession<'_> {
         let processor = Processor::default();
         let width = settings.width as usize;
         let mut pixels = vec![Shaded::default(); width * settings.height as usize];
-        let counters = pixels
+        let mut counters = pixels
             .par_chunks_mut(width * SIDE as usize)
             .zip(visibility.rows(settings))
             .zip((0..settings.height).into_par_iter().step_by(SIDE as usize))
@@ -82,6 +84,7 @@ impl Session for CpuSession<'_> {
             })
             .reduce(|| Counters::new(scene), Counters::plus);
         visibility.complete();
+        counters.count_clustered(prepared);
         watch.lap("shading");
         let film = super::compose(scene, prepared, surfaces, settings, &pixels);
         watch.lap("lights in view");
@@ -94,7 +97,9 @@ impl Session for CpuSession<'_> {
             integrals: counters.integrals,
             nodes: counters.nodes,
             left_out: prepared.features.left_out(),
+            clusters: counters.clusters,
             lights: counters.lights,
+            memory: TreeMemory::of(&prepared.emitters),
             reused: reuse.finish(),
         };
         Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })
@@ -147,6 +152,10 @@ impl TilePoint {
     }
 }
 
+/// A bit for each point of a tile.
+const ALL_POINTS: u64 = u64::MAX;
+const _: () = assert!(SIDE * SIDE <= u64::BITS);
+
 /// Sides of the blocks of pixels that packets are made of, as square as can be.
 const BLOCK: u32 = 4;
 
@@ -160,16 +169,22 @@ impl Shader<'_> {
         self.list.fill(self.prepared, self.settings.tolerance, &tile);
         self.list.count(self.prepared, &tile, &mut self.counters);
         self.counters.shaded += tile.count;
+        self.counters.clusters.by_tile += u64::from(self.list.visited);
+        for (sum, weighted) in self.counters.weighted.iter_mut().zip(tile.weighted) {
+            *sum += if self.prepared.features.skips.lobes { weighted } else { tile.count };
+        }
         for emitter in &self.prepared.emitters {
             self.counters.lights[emitter.light].candidates += 2 * tile.count;
         }
+        for packet in &mut self.packets {
+            (0..packet.len()).for_each(|lane| packet.set_budget(lane, self.list.budget));
+        }
         for i in 0..self.list.listed.len() {
             let Listed { emitter, lobes } = self.list.listed[i];
-            let emitter = &self.prepared.emitters[emitter];
-            match tree_of(emitter) {
-                Some(tree) => self.light_packets(emitter, tree, lobes),
-                None => self.light_points(emitter, lobes),
-            }
+            self.light(emitter, lobes.map(|listed| if listed { ALL_POINTS } else { 0 }));
+        }
+        if !self.list.clusters.is_empty() {
+            self.light_clusters();
         }
         for point in &self.points {
             let pixel = &mut rows[point.pixel];
@@ -231,26 +246,99 @@ impl Shader<'_> {
         weight.max_element() > 0.0 || !self.settings.skips.lobes
     }
 
-    /// Adds the light of an emission to all points, packet by packet.
-    fn light_packets(&mut self, emitter: &Emitter, tree: &Tree, lobes: [bool; 2]) {
+    /// Adds what the points gather from the clusters that are listed.
+    fn light_clusters(&mut self) {
+        let prepared = self.prepared;
+        let tree = &prepared.clustered.tree;
+        let receiver = |point: &TilePoint| {
+            let axes = [point.frame.x, point.frame.y, point.frame.z].map(|axis| axis.as_vec3());
+            let both_horizons = prepared.features.true_horizon;
+            Receiver::of_point(point.position.as_vec3(), axes, &point.reflectance, both_horizons, tree.per_metre)
+        };
+        let receivers: Vec<Receiver> = self.points.iter().map(receiver).collect();
+        for i in 0..self.list.clusters.len() {
+            let listed = self.list.clusters[i];
+            // A light that its points hand on is lit packet by packet; of a cluster each point walks through its own part.
+            let alone = tree.clusters[listed.cluster as usize].is_single();
+            let mut handed = [0; 2];
+            let mut handed_light = None;
+            for (p, receiver) in receivers.iter().enumerate() {
+                self.light_cluster(listed, p, receiver, &mut |shader, emitter, lobes| {
+                    let bits = [0, 1].map(|k| u64::from(lobes >> k & 1) << p);
+                    if alone {
+                        (handed_light, handed) = (Some(emitter), [handed[0] | bits[0], handed[1] | bits[1]]);
+                    } else {
+                        shader.light(emitter, bits);
+                    }
+                });
+            }
+            if let Some(emitter) = handed_light {
+                self.light(emitter, handed);
+            }
+        }
+    }
+
+    /// Adds what one point gathers from a listed cluster. Hands on the lights that must be integrated themselves: the emission and the
+    /// lobes, a bit for each.
+    fn light_cluster(
+        &mut self,
+        listed: ListedCluster,
+        p: usize,
+        receiver: &Receiver,
+        hand_on: &mut impl FnMut(&mut Self, usize, u32),
+    ) {
+        let tree = self.prepared.clustered.tree.view();
+        let (packet, lane) = (p / self.processor.lanes(), p % self.processor.lanes());
+        let mut budget = self.packets[packet].budget(lane);
+        let mut sums = ClusterSums::default();
+        let tolerance = self.list.tolerance;
+        sums.add(tree, receiver, listed, tolerance, &mut budget, |emitter, lobes, budget| {
+            self.counters.handed[self.prepared.emitters[emitter].light] += u64::from(lobes.count_ones());
+            self.packets[packet].set_budget(lane, *budget);
+            hand_on(self, emitter, lobes);
+            *budget = self.packets[packet].budget(lane);
+        });
+        self.packets[packet].set_budget(lane, budget);
+        self.counters.clusters.by_point += u64::from(sums.visited);
+        self.counters.clusters.whole += u64::from(sums.whole);
+        for (sum, radiance) in self.points[p].sums.iter_mut().zip(sums.radiance) {
+            *sum += radiance;
+        }
+    }
+
+    /// Adds the light of an emission to the points that ask for it by the plain cosine and by the lobe, a bit for each.
+    fn light(&mut self, emitter: usize, points: [u64; 2]) {
+        let emitter = &self.prepared.emitters[emitter];
+        match tree_of(emitter) {
+            Some(tree) => self.light_packets(emitter, tree, points),
+            None => self.light_points(emitter, points),
+        }
+    }
+
+    /// Adds the light of an emission to points, packet by packet.
+    fn light_packets(&mut self, emitter: &Emitter, tree: &Tree, wanted: [u64; 2]) {
         let lanes = self.processor.lanes();
         for first in (0..self.points.len()).step_by(lanes) {
-            for lobe in (0..2).filter(|&lobe| lobes[lobe]) {
+            for lobe in 0..2 {
                 let points = &self.points[first..self.points.len().min(first + lanes)];
+                let wanted = (wanted[lobe] >> first) as u32 & bits(points.len());
+                if wanted == 0 {
+                    continue;
+                }
                 let mut asking = 0;
                 let mut tolerance = [0.0; MAX_LANES];
                 for (lane, point) in points.iter().enumerate() {
                     let weight = point.weight(lobe) * emitter.radiance;
-                    asking |= u32::from(self.counts(weight)) << lane;
+                    asking |= u32::from(self.counts(weight)) << lane & wanted;
                     tolerance[lane] = self.tolerance(weight);
                 }
                 let may_be_cut = self.prepared.features.horizons;
                 let question = Question { emitter, tree, specular: lobe == 1, asking, tolerance, may_be_cut };
                 let answer = self.packets[first / lanes].ask(self.processor, &question);
                 let stats = &mut self.counters.lights[emitter.light];
-                stats.behind += u64::from(answer.behind.count_ones());
+                stats.behind += u64::from((answer.behind & wanted).count_ones());
                 stats.below_horizon += u64::from(answer.below.count_ones());
-                stats.no_lobe += u64::from((!asking & !answer.behind & bits(points.len())).count_ones());
+                stats.no_lobe += u64::from((wanted & !asking & !answer.behind).count_ones());
                 for lane in (0..points.len()).filter(|&lane| answer.integrated >> lane & 1 == 1) {
                     let point = &mut self.points[first + lane];
                     let radiance = point.weight(lobe) * emitter.radiance * answer.value[lane];
@@ -263,10 +351,10 @@ impl Shader<'_> {
         }
     }
 
-    /// Adds the light of an emission to all points, one by one.
-    fn light_points(&mut self, emitter: &Emitter, lobes: [bool; 2]) {
+    /// Adds the light of an emission to points, one by one.
+    fn light_points(&mut self, emitter: &Emitter, wanted: [u64; 2]) {
         for i in 0..self.points.len() {
-            for lobe in (0..2).filter(|&lobe| lobes[lobe]) {
+            for lobe in (0..2).filter(|&lobe| wanted[lobe] >> i & 1 == 1) {
                 self.light_point(emitter, lobe, i);
             }
         }

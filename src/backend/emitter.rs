@@ -323,8 +323,13 @@ fn colors(shape: &Shape, picture: &Picture, square: &Square) -> Option<Arc<Prefi
 }
 
 /// The emitters of all lights, relative to the camera: one for each layer of a flat light, or for all of them together (`quad`);
-/// one or more for a body, its round surface first. `known` are those before the `changes`, or none.
-pub fn emitters(
+/// one or more for a body, its round surface first.
+pub fn emitters(scene: &Scene, technique: &Technique) -> Result<Vec<Emitter>, BackendError> {
+    emitters_after(scene, technique, Vec::new(), None, &mut Reuse::default())
+}
+
+/// As [`emitters`]. `known` are those before the `changes`, or none.
+pub fn emitters_after(
     scene: &Scene,
     technique: &Technique,
     known: Vec<Emitter>,
@@ -373,5 +378,5 @@ fn parts<'a>(scene: &'a Scene, technique: &Technique) -> Vec<Part<'a>> {
 
 /// All layers of all lights as the camera sees them: regions and pictures as they are.
 pub fn layers(scene: &Scene) -> Result<Vec<Emitter>, BackendError> {
-    emitters(scene, &Technique::Exact, Vec::new(), None, &mut Reuse::default())
+    emitters(scene, &Technique::Exact)
 }

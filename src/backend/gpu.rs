@@ -14,7 +14,9 @@ mod tiles;
 use super::features::Features;
 use super::prepared::Prepared;
 use super::stage::{Ready, Reuse, Stage};
-use super::{Backend, BackendError, LightStats, Rendering, Session, Settings, Shaded, Stats, Stopwatch};
+use super::{
+    Backend, BackendError, ClusterStats, LightStats, Rendering, Session, Settings, Shaded, Stats, Stopwatch, TreeMemory,
+};
 use crate::scene::{Motion, Scene};
 use boxes::Boxes;
 use buffers::{Readback, SceneBuffers, storage, target};
@@ -27,9 +29,9 @@ use std::collections::HashMap;
 use std::sync::Mutex;
 use tiles::{Painter, Tile};
 
-/// Counters of each light: behind, below the horizon, without such a lobe, under the tolerance; and of the first two
-/// those decided by tile.
-const SKIP_REASONS: usize = 6;
+/// Counters of each light: behind, below the horizon, without such a lobe, under the tolerance; of the first two those decided
+/// by tile; left to clusters, and of these handed on.
+const SKIP_REASONS: usize = 8;
 /// Points of the light meter in a workgroup.
 const METER_GROUP: usize = 64;
 
@@ -150,9 +152,11 @@ impl Session for GpuSession<'_> {
             emitters: prepared.emitters.len() as u32,
             boxes: boxes.boxes.len() as u32,
             lights: scene.lights.len() as u32,
+            clusters: prepared.clustered.tree.clusters.len() as u32,
+            per_metre: prepared.clustered.tree.per_metre,
             ..Frame::of(&settings.technique)
         };
-        let counters = u64::from(SKIP_ROWS) * scene.lights.len().max(1) as u64 * SKIP_REASONS as u64;
+        let counters = u64::from(SKIP_ROWS) * (scene.lights.len() as u64 + 1) * SKIP_REASONS as u64;
         let triangles = prepared.triangles.len() as u32;
         let painter = Painter::new(&backend.device, &backend.layouts, pipelines, buffers, &frame, triangles, counters)?;
         backend.device.wait()?;
@@ -190,18 +194,29 @@ impl Session for GpuSession<'_> {
             integrals: candidates - skipped,
             nodes,
             left_out: prepared.features.left_out(),
+            clusters: cluster_stats(scene, &skips),
             lights,
+            memory: TreeMemory::of(&prepared.emitters),
             reused: reuse.finish(),
         };
         Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })
     }
 }
 
+/// A counter of a light, or of the clusters that come after all lights, over all rows of `skips`.
+fn counted(scene: &Scene, skips: &[u64], light: usize, reason: usize) -> u64 {
+    skips.iter().skip(light * SKIP_REASONS + reason).step_by((scene.lights.len() + 1) * SKIP_REASONS).sum()
+}
+
+/// What clusters have cost, from the rows of `skips`.
+fn cluster_stats(scene: &Scene, skips: &[u64]) -> ClusterStats {
+    let [by_tile, by_point, whole] = [0, 1, 2].map(|i| counted(scene, skips, scene.lights.len(), i));
+    ClusterStats { by_tile, by_point, whole }
+}
+
 /// The lights' counters, from the rows of `skips`.
 fn light_stats(scene: &Scene, prepared: &Prepared, shaded: u64, skips: &[u64]) -> Vec<LightStats> {
-    let sum = |light: usize, reason: usize| -> u64 {
-        skips.iter().skip(light * SKIP_REASONS + reason).step_by(scene.lights.len() * SKIP_REASONS).sum()
-    };
+    let sum = |light: usize, reason: usize| counted(scene, skips, light, reason);
     let stats = |(index, light): (usize, &crate::light::AreaLight)| {
         let emissions = prepared.emitters.iter().filter(|e| e.light == index).count() as u64;
         LightStats {
@@ -211,6 +226,7 @@ fn light_stats(scene: &Scene, prepared: &Prepared, shaded: u64, skips: &[u64]) -
             below_horizon: sum(index, 1),
             no_lobe: sum(index, 2),
             under_tolerance: sum(index, 3),
+            clustered: sum(index, 6) - sum(index, 7),
             behind_tile: sum(index, 4),
             below_tile: sum(index, 5),
         }

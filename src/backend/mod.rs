@@ -1,5 +1,6 @@
 //! Backends: the same request ([`Settings`]) and the same answer ([`Rendering`]) on CPU and GPU.
 
+pub mod clusters;
 pub mod cpu;
 pub mod emitter;
 pub mod exact;
@@ -23,6 +24,7 @@ mod visibility;
 use crate::film::Film;
 use crate::kernel::surface::Rays;
 use crate::scene::{Motion, Scene};
+use emitter::{Emitter, Geometry};
 use glam::Vec3;
 use prepared::Prepared;
 pub use skips::Skips;
@@ -80,10 +82,43 @@ pub struct Stats {
     pub nodes: u64,
     /// Parts of the shading that no surface needs and no sample paid for: `diffuse`, `specular`, `textures`, `horizons`.
     pub left_out: Vec<String>,
+    /// What clusters of lights have cost.
+    pub clusters: ClusterStats,
     /// Per light: its name and how many integrals were skipped, by reason.
     pub lights: Vec<LightStats>,
+    /// What the trees take.
+    pub memory: TreeMemory,
     /// What was reused from the frames before.
     pub reused: Vec<Reused>,
+}
+
+/// What the trees of a scene take.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct TreeMemory {
+    /// Curves of the outlines that they were built from, cubics and lines.
+    pub curves: u64,
+    /// Bytes of the trees.
+    pub bytes: u64,
+}
+
+impl TreeMemory {
+    /// Of the emitters that have one.
+    fn of(emitters: &[Emitter]) -> Self {
+        emitters.iter().fold(Self::default(), |sum, emitter| {
+            let bytes = match &emitter.geometry {
+                Geometry::Tree(tree) => tree.bytes(),
+                Geometry::Mosaic(mosaic) => mosaic.bytes(),
+                _ => return sum,
+            };
+            let curves = emitter.shape.curves().count() as u64;
+            Self { curves: sum.curves + curves, bytes: sum.bytes + bytes as u64 }
+        })
+    }
+
+    /// Bytes for each curve; `None` without trees.
+    pub fn per_curve(&self) -> Option<f64> {
+        (self.curves > 0).then(|| self.bytes as f64 / self.curves as f64)
+    }
 }
 
 /// Something that pictures are made with, and that a frame of a sequence may take over from the one before.
@@ -111,12 +146,34 @@ impl Stats {
         self.nodes += frame.nodes;
         // Left out of the sequence is what is left out of every frame.
         self.left_out.retain(|part| frame.left_out.contains(part));
+        self.clusters = self.clusters.plus(frame.clusters);
         for (sum, light) in self.lights.iter_mut().zip(&frame.lights) {
             sum.add(light);
         }
         for (sum, reused) in self.reused.iter_mut().zip(&frame.reused) {
             sum.reused += reused.reused;
             sum.made += reused.made;
+        }
+    }
+}
+
+/// What clusters of lights have cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct ClusterStats {
+    /// Clusters visited for whole tiles.
+    pub by_tile: u64,
+    /// Clusters visited by single points.
+    pub by_point: u64,
+    /// Expansions evaluated, each of which stood for all lights of a cluster at a point.
+    pub whole: u64,
+}
+
+impl ClusterStats {
+    const fn plus(self, other: Self) -> Self {
+        Self {
+            by_tile: self.by_tile + other.by_tile,
+            by_point: self.by_point + other.by_point,
+            whole: self.whole + other.whole,
         }
     }
 }
@@ -136,6 +193,8 @@ pub struct LightStats {
     pub no_lobe: u64,
     /// The light adds too little to be seen in the tile, see [`Skips::under_tolerance`].
     pub under_tolerance: u64,
+    /// A cluster stood for the light, or was left out with it.
+    pub clustered: u64,
     /// Of those behind: decided for a whole tile.
     pub behind_tile: u64,
     /// Of those below the horizon: decided for a whole tile.
@@ -145,7 +204,7 @@ pub struct LightStats {
 impl LightStats {
     /// Integrals skipped for any reason.
     pub const fn skipped(&self) -> u64 {
-        self.behind + self.below_horizon + self.no_lobe + self.under_tolerance
+        self.behind + self.below_horizon + self.no_lobe + self.under_tolerance + self.clustered
     }
 
     /// Counts another's integrals as this one's.
@@ -155,6 +214,7 @@ impl LightStats {
         self.below_horizon += other.below_horizon;
         self.no_lobe += other.no_lobe;
         self.under_tolerance += other.under_tolerance;
+        self.clustered += other.clustered;
         self.behind_tile += other.behind_tile;
         self.below_tile += other.below_tile;
     }
@@ -355,23 +415,52 @@ struct Counters {
     shaded: u64,
     integrals: u64,
     nodes: u64,
+    clusters: ClusterStats,
+    /// Samples at which the plain cosine and the lobe have a weight.
+    weighted: [u64; 2],
+    /// For each light, its integrals that clusters handed on.
+    handed: Vec<u64>,
     lights: Vec<LightStats>,
 }
 
 impl Counters {
     fn new(scene: &Scene) -> Self {
         let lights = scene.lights.iter().map(|l| LightStats { name: l.name.clone(), ..LightStats::default() });
-        Self { shaded: 0, integrals: 0, nodes: 0, lights: lights.collect() }
+        Self {
+            shaded: 0,
+            integrals: 0,
+            nodes: 0,
+            clusters: ClusterStats::default(),
+            weighted: [0; 2],
+            handed: vec![0; scene.lights.len()],
+            lights: lights.collect(),
+        }
     }
 
     fn plus(mut self, other: Self) -> Self {
         self.shaded += other.shaded;
         self.integrals += other.integrals;
         self.nodes += other.nodes;
+        self.clusters = self.clusters.plus(other.clusters);
+        self.weighted = [0, 1].map(|k| self.weighted[k] + other.weighted[k]);
+        self.handed.iter_mut().zip(&other.handed).for_each(|(a, b)| *a += b);
         for (a, b) in self.lights.iter_mut().zip(&other.lights) {
             a.add(b);
         }
         self
+    }
+
+    /// Counts what clusters have answered for their lights.
+    fn count_clustered(&mut self, prepared: &Prepared) {
+        let weighted = self.weighted.iter().sum::<u64>();
+        for emitter in prepared.clustered.emitters() {
+            let stats = &mut self.lights[prepared.emitters[emitter].light];
+            stats.no_lobe += 2 * self.shaded - weighted;
+            stats.clustered += weighted;
+        }
+        for (stats, handed) in self.lights.iter_mut().zip(&self.handed) {
+            stats.clustered -= handed;
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! A scene made ready for shading: flat arrays, relative to the camera, that both backends read.
 
-use super::emitter::{Emitter, emitters, layers};
+use super::clusters::Clustered;
+use super::emitter::{Emitter, emitters_after, layers};
 use super::features::Features;
 use super::stage::{Changes, Reuse};
 use super::tile::light_box;
@@ -8,7 +9,7 @@ use super::{BackendError, Horizons, Settings, Technique};
 use crate::brdf::ltc::{Lobe, Table};
 use crate::color::{srgb_decode, srgb_encode};
 use crate::kernel::surface::{NO_TEXTURE, Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle, Textures};
-use crate::kernel::tile::LightBox;
+use crate::kernel::tile::{CLUSTERED, LightBox};
 use crate::scene::{Material, Scene, Texture, Triangle};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -30,6 +31,8 @@ pub struct Prepared {
     pub texels: Vec<u32>,
     /// What surfaces gather from, in the order of lights and layers.
     pub emitters: Vec<Emitter>,
+    /// How they are clustered.
+    pub clustered: Clustered,
     /// Boxes around the emitters.
     pub boxes: Vec<LightBox>,
     /// What the camera sees: every layer of every light.
@@ -99,11 +102,17 @@ impl Prepared {
             Some(triangles) => triangles,
             None => pack_triangles(scene)?,
         };
-        let emitters = emitters(scene, &settings.technique, known_emitters, changes, reuse)?;
+        let emitters = emitters_after(scene, &settings.technique, known_emitters, changes, reuse)?;
         let horizons = settings.horizons();
-        let boxes: Vec<_> = emitters.iter().map(light_box).collect();
+        let mut boxes: Vec<_> = emitters.iter().map(light_box).collect();
         let features =
             Features::new(&triangles, &materials, &boxes, &emitters, &settings.technique, horizons, settings.skips);
+        let clustered = Clustered::new(&emitters, features.skips);
+        for emitter in clustered.emitters() {
+            boxes[emitter].one_sided = CLUSTERED;
+        }
+        let mut features = features;
+        features.skips.clusters = !clustered.tree.clusters.is_empty();
         Ok(Self {
             eye,
             rays,
@@ -111,6 +120,7 @@ impl Prepared {
             materials,
             textures,
             texels,
+            clustered,
             boxes,
             emitters,
             layers: layers(scene)?,

@@ -18,7 +18,7 @@ use super::prepared::Prepared;
 use super::stage::{Ready, Reuse, Stage};
 use super::surfaces::Surfaces;
 use super::technique::{MAX_SPP, ReferenceLobe, Sampling};
-use super::{BackendError, Counters, Rendering, STILL, Settings, Shaded, Stats, Stopwatch, Technique};
+use super::{BackendError, Counters, Rendering, STILL, Settings, Shaded, Stats, Stopwatch, Technique, TreeMemory};
 use crate::brdf::ltc::{self, Table};
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::surface::{SurfacePoint, surface_point};
@@ -93,7 +93,9 @@ pub(super) fn render_stage(
         integrals: cost.integrals,
         nodes: cost.nodes,
         left_out: prepared.features.left_out(),
+        clusters: super::ClusterStats::default(),
         lights: cost.lights,
+        memory: TreeMemory::of(&prepared.emitters),
         reused: reuse.finish(),
     };
     Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })

@@ -20,6 +20,8 @@ pub struct Skips {
     pub below_horizon: bool,
     /// Lights that together light a tile by less than a quarter of the tolerance.
     pub under_tolerance: bool,
+    /// Lights of a cluster one by one, where its moments do. Several on a tile share one walk over the clusters.
+    pub clusters: bool,
     /// What does not change from one frame of a sequence to the next.
     pub reuse: bool,
 }
@@ -29,13 +31,14 @@ pub type Switch = fn(&mut Skips) -> &mut bool;
 
 impl Skips {
     /// Every skip by its name.
-    pub const ALL: [(&'static str, Switch); 7] = [
+    pub const ALL: [(&'static str, Switch); 8] = [
         ("lobes", |s| &mut s.lobes),
         ("textures", |s| &mut s.textures),
         ("horizons", |s| &mut s.horizons),
         ("behind", |s| &mut s.behind),
         ("below-horizon", |s| &mut s.below_horizon),
         ("under-tolerance", |s| &mut s.under_tolerance),
+        ("clusters", |s| &mut s.clusters),
         ("reuse", |s| &mut s.reuse),
     ];
 
@@ -47,6 +50,7 @@ impl Skips {
         behind: false,
         below_horizon: false,
         under_tolerance: false,
+        clusters: false,
         reuse: false,
     };
 
@@ -75,6 +79,7 @@ impl Default for Skips {
             behind: true,
             below_horizon: true,
             under_tolerance: true,
+            clusters: true,
             reuse: true,
         }
     }

@@ -124,6 +124,7 @@ impl Technique {
             behind: skips.behind && bounded,
             below_horizon: skips.below_horizon && clipped,
             under_tolerance: skips.under_tolerance && tolerant,
+            clusters: skips.clusters && matches!(self, Self::Tree),
             ..skips
         }
     }

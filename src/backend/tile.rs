@@ -4,9 +4,11 @@
 use super::emitter::Emitter;
 use super::prepared::Prepared;
 use super::{Counters, Skips};
+use crate::kernel::cluster::{ListedCluster, MOST_LISTED, Receiver, list_clusters};
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::reflect::Reflectance;
 use crate::kernel::tile::{BUCKETS, LightBox, Offsets, SKIP_SHARE, TileBounds, bucket, first_skipped};
+use crate::kernel::tree::Budget;
 use crate::light::Form;
 use crate::light::simple::Facing;
 use core::f64::consts::PI;
@@ -71,11 +73,17 @@ enum Fate {
     NoLobe,
 }
 
-/// The emitters that may reach a tile, in their order.
+/// The emitters and clusters of emitters that may reach a tile, in their order.
 #[derive(Clone, Debug, Default)]
 pub struct LightList {
-    /// The emitters.
+    /// The emitters outside of clusters.
     pub listed: Vec<Listed>,
+    /// The clusters.
+    pub clusters: Vec<ListedCluster>,
+    /// What the tile's decisions about clusters leave for each point.
+    pub budget: Budget,
+    /// Clusters visited for the tile.
+    pub visited: u32,
     /// What the skipped ones leave of the tolerance, W·sr⁻¹·m⁻².
     pub tolerance: f32,
     fates: Vec<[Fate; 2]>,
@@ -92,13 +100,15 @@ impl LightList {
         self.fates.clear();
         self.buckets.clear();
         self.listed.clear();
+        let apart = prepared.clustered.apart.iter().map(|&emitter| emitter as usize);
         if !skips.by_tile() {
-            self.listed.extend((0..prepared.emitters.len()).map(|emitter| Listed { emitter, lobes: [true; 2] }));
+            self.listed.extend(apart.map(|emitter| Listed { emitter, lobes: [true; 2] }));
+            self.fill_clusters(prepared, points);
             return;
         }
         let mut counts = [0; BUCKETS as usize];
-        for light in &prepared.boxes {
-            let (fates, bounds) = decide(&points.bounds, light, skips, both_horizons);
+        for emitter in apart.clone() {
+            let (fates, bounds) = decide(&points.bounds, &prepared.boxes[emitter], skips, both_horizons);
             let buckets: [u32; 2] = core::array::from_fn(|k| {
                 let bucket =
                     if fates[k] == Fate::Listed { bucket(bounds[k] / (tolerance * SKIP_SHARE)) } else { BUCKETS };
@@ -121,18 +131,35 @@ impl LightList {
                 }
             }
         }
-        for (emitter, fates) in self.fates.iter().enumerate() {
+        for (emitter, fates) in apart.zip(&self.fates) {
             let lobes = fates.map(|fate| fate == Fate::Listed);
             if lobes != [false; 2] {
                 self.listed.push(Listed { emitter, lobes });
             }
         }
+        self.fill_clusters(prepared, points);
+    }
+
+    /// Walks the clusters for all points of the tile.
+    fn fill_clusters(&mut self, prepared: &Prepared, points: &TilePoints) {
+        self.clusters.clear();
+        self.budget = Budget::default();
+        let tree = &prepared.clustered.tree;
+        let tile = Receiver::of_tile(&points.bounds, prepared.features.true_horizon, tree.per_metre);
+        let Self { clusters, budget, tolerance, .. } = self;
+        self.visited = list_clusters(tree.view(), &tile, *tolerance, budget, |listed| clusters.push(listed));
+        // No room on a GPU: each point walks for itself.
+        if self.clusters.len() > MOST_LISTED {
+            self.clusters.clear();
+            self.clusters.push(ListedCluster::ALL);
+            self.budget = Budget::default();
+        }
     }
 
     /// Counts the integrals that the tile's points skip.
     pub(super) fn count(&self, prepared: &Prepared, points: &TilePoints, counters: &mut Counters) {
-        for (emitter, fates) in prepared.emitters.iter().zip(&self.fates) {
-            let stats = &mut counters.lights[emitter.light];
+        for (&emitter, fates) in prepared.clustered.apart.iter().zip(&self.fates) {
+            let stats = &mut counters.lights[prepared.emitters[emitter as usize].light];
             for (fate, &weighted) in fates.iter().zip(&points.weighted) {
                 let weighted = if prepared.features.skips.lobes { weighted } else { points.count };
                 let rest = points.count - weighted;

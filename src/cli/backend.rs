@@ -4,8 +4,11 @@ use super::progress;
 use crate::backend::cpu::CpuBackend;
 #[cfg(feature = "gpu")]
 use crate::backend::gpu::{AdapterChoice, GpuBackend};
-use crate::backend::{Backend, BackendError, Rendering, Session, Settings, Technique, reference};
+use crate::backend::{Backend, BackendError, Horizons, Rendering, Session, Settings, Technique, reference};
 use crate::scene::{Motion, Scene};
+#[cfg(feature = "gpu")]
+use crate::stress::meter::Gpu;
+use crate::stress::meter::{Cpu, Meter};
 use clap::ValueEnum;
 #[cfg(feature = "gpu")]
 use std::cell::OnceCell;
@@ -40,10 +43,25 @@ impl Backends {
     /// # Errors
     /// There is no GPU and it was asked for.
     pub fn of(&self, technique: &Technique) -> Result<&dyn Backend, BackendError> {
-        if self.wanted == BackendArg::Cpu || technique.is_cpu_only() && self.wanted == BackendArg::Auto {
+        if self.on_cpu(technique) {
             return Ok(&CpuBackend);
         }
         self.gpu()
+    }
+
+    /// What measures single integrals by a technique.
+    ///
+    /// # Errors
+    /// There is no GPU and it was asked for, or it does not have the technique.
+    pub fn meter(&self, technique: Technique, horizons: Horizons) -> Result<Box<dyn Meter + '_>, BackendError> {
+        if self.on_cpu(&technique) {
+            return Ok(Box::new(Cpu { technique, horizons }));
+        }
+        self.gpu_meter(technique, horizons)
+    }
+
+    fn on_cpu(&self, technique: &Technique) -> bool {
+        self.wanted == BackendArg::Cpu || technique.is_cpu_only() && self.wanted == BackendArg::Auto
     }
 
     /// Renders on the backend for the technique; the Monte Carlo reference with a progress bar.
@@ -74,6 +92,21 @@ impl Backends {
 
     #[cfg(feature = "gpu")]
     fn gpu(&self) -> Result<&dyn Backend, BackendError> {
+        Ok(self.open_gpu()?.map_or(&CpuBackend as &dyn Backend, |gpu| gpu))
+    }
+
+    #[cfg(feature = "gpu")]
+    fn gpu_meter(&self, technique: Technique, horizons: Horizons) -> Result<Box<dyn Meter + '_>, BackendError> {
+        match self.open_gpu()? {
+            Some(_) if technique.is_cpu_only() => Err(BackendError::CpuOnly(technique.name())),
+            Some(backend) => Ok(Box::new(Gpu { backend, technique, horizons })),
+            None => Ok(Box::new(Cpu { technique, horizons })),
+        }
+    }
+
+    /// The GPU; `None` where the CPU will do and there is no hardware.
+    #[cfg(feature = "gpu")]
+    fn open_gpu(&self) -> Result<Option<&GpuBackend>, BackendError> {
         if self.gpu.get().is_none() {
             let opened = match self.wanted {
                 BackendArg::Auto => match GpuBackend::new(AdapterChoice::Hardware) {
@@ -85,7 +118,12 @@ impl Backends {
             // Nobody else can have opened it meanwhile.
             let _ = self.gpu.set(opened);
         }
-        Ok(self.gpu.get().and_then(Option::as_ref).map_or(&CpuBackend as &dyn Backend, |gpu| gpu))
+        Ok(self.gpu.get().and_then(Option::as_ref))
+    }
+
+    #[cfg(not(feature = "gpu"))]
+    fn gpu_meter(&self, technique: Technique, horizons: Horizons) -> Result<Box<dyn Meter + '_>, BackendError> {
+        self.gpu().map(|_| Box::new(Cpu { technique, horizons }) as Box<dyn Meter>)
     }
 
     #[cfg(not(feature = "gpu"))]

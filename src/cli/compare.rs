@@ -13,7 +13,7 @@ use crate::backend::technique::{MAX_SPP, ReferenceLobe, Sampling};
 use crate::backend::{Horizons, Settings, Technique};
 use crate::error::Error;
 use crate::film::{Display, ToneMap};
-use crate::report::folder::NewFolder;
+use crate::report::folder::{COMPARISON, NewFolder};
 use crate::report::{Comparison, FORMAT, LeftOut, PictureSettings, Row, SceneSource};
 use crate::scene::Scene;
 use crate::scene::figures::FIGURES;
@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         ..Settings::default()
     };
     settings.check()?;
-    NewFolder::check(output, args.force)?;
+    NewFolder::check(output, &COMPARISON, args.force)?;
     let date = now();
     let staged = args.subject.stage(args.width, args.height)?;
     let Plan { entries, mut left_out, asked_for } = plan(args, &staged, &settings)?;
@@ -129,7 +129,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         left_out,
     };
     let page = comparison.page(&verdict.pictures);
-    let folder = NewFolder::new(output, args.force)?;
+    let folder = NewFolder::new(output, &COMPARISON, args.force)?;
     for picture in &verdict.pictures {
         folder.write(&picture.file, &picture.png)?;
     }

@@ -1,10 +1,12 @@
 //! The command line: one file per verb; the only folder that prints.
 //!
-//! Exit codes: 0 done, 2 for an error, which is one message on standard error and leaves no file behind.
+//! Exit codes: 0 done; 1 where `stress` has broken something or `bench --check` finds that something got worse; 2 for an error,
+//! which is one message on standard error and leaves no file behind.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod backend;
+mod bench;
 mod compare;
 mod display;
 mod fit;
@@ -16,11 +18,14 @@ mod probe;
 mod progress;
 mod render;
 mod scene;
+mod stages;
+mod stress;
 mod technique;
 mod values;
 
 use crate::error::Error;
 use clap::{Parser, Subcommand};
+pub use probe::Case;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::Path;
@@ -40,10 +45,14 @@ enum Verb {
     Render(Box<render::Args>),
     /// Render one scene by every technique and show what each costs and how wrong it is
     Compare(Box<compare::Args>),
+    /// Time against error of every technique; --check holds a run against an earlier one
+    Bench(Box<bench::Args>),
     /// Show what a font's text, an SVG or path data becomes: contours, areas, tree
     Inspect(Box<inspect::Args>),
     /// The light meter: values without a picture
     Probe(probe::Args),
+    /// Try to break a technique, and show the smallest cases that do
+    Stress(stress::Args),
     /// Fit the table of linearly transformed cosines
     Fit(fit::Args),
 }
@@ -51,14 +60,17 @@ enum Verb {
 /// Runs the command and gives its exit code.
 pub fn run(cli: Cli) -> ExitCode {
     let done = match cli.verb {
-        Verb::Render(args) => render::run(&args),
-        Verb::Compare(args) => compare::run(&args),
-        Verb::Inspect(args) => inspect::run(&args),
-        Verb::Probe(args) => probe::run(&args),
-        Verb::Fit(args) => fit::run(&args),
+        Verb::Render(args) => render::run(&args).map(|()| true),
+        Verb::Compare(args) => compare::run(&args).map(|()| true),
+        Verb::Bench(args) => bench::run(&args),
+        Verb::Inspect(args) => inspect::run(&args).map(|()| true),
+        Verb::Probe(args) => probe::run(&args).map(|()| true),
+        Verb::Stress(args) => stress::run(&args),
+        Verb::Fit(args) => fit::run(&args).map(|()| true),
     };
     match done {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
         // Whoever reads our output has seen enough.
         Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(error) => {

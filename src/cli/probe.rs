@@ -1,5 +1,6 @@
 //! `glyphlight probe`: values as JSON lines.
 
+use super::backend::{BackendArg, Backends};
 use super::technique::TechniqueArgs;
 use super::values::positive;
 use super::{json, read, say};
@@ -11,13 +12,16 @@ use crate::brdf::ltc::Table;
 use crate::error::Error;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::tree::Budget;
-use crate::shape::{CubicBez, Shape};
+use crate::light::tree::TreeError;
+use crate::shape::Shape;
+use crate::stress;
+use crate::stress::case::{Line, shape_of};
 use clap::Subcommand;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Largest coordinate, in light space and in cosine space.
+/// Largest coordinate in cosine space.
 const LARGEST: f64 = 1e30;
 
 /// Least of the largest coordinate in cosine space.
@@ -42,9 +46,17 @@ enum What {
     /// A line of CASES has `id`, `curves` (closed contours, cubics in order as [[x,y],[x,y],[x,y],[x,y]]; a new contour starts
     /// where a curve does not begin at the last end point) and `c0`, `c1`, `c2`: the images of the light's x axis, y axis and
     /// origin in cosine space. Prints {"id":…,"value":E,"visited":n}, E clipped at z = 0 only.
+    ///
+    /// Instead of the three a line may have a light in the world, as `glyphlight stress` prints it: `light` (`origin`, `x`, `y`: the
+    /// world images of the light-space origin and axes), `eye` (the camera, (0, 0, 0) if left out), `position`, `normal`, `view`,
+    /// `alpha` (without it E is the plain cosine's) and `tolerance`. E is then clipped at the surface as well, by techniques that
+    /// can, and without a weight: 1 for a light that fills the hemisphere.
     Integral {
         /// Cases, one JSON object per line
         cases: PathBuf,
+        /// Where to compute cases in the world: auto takes a hardware GPU if there is one, else the CPU
+        #[arg(long, value_enum, default_value_t = BackendArg::Cpu)]
+        backend: BackendArg,
         #[command(flatten)]
         how: How,
     },
@@ -82,30 +94,35 @@ impl How {
 
 pub fn run(args: &Args) -> Result<(), Error> {
     match &args.what {
-        What::Integral { cases, how } => integrals(cases, how),
+        What::Integral { cases, backend, how } => integrals(cases, *backend, how),
         What::Scene { scene, points, how } => scene_points(scene, points, how),
     }
 }
 
-/// Calls `each` with every line of a JSON-lines file, parsed. Blank lines are passed over.
-fn lines<T: for<'a> Deserialize<'a>>(
-    path: &Path,
-    mut each: impl FnMut(T) -> Result<String, String>,
-) -> Result<(), Error> {
+/// Prints what `each` makes of every line of a JSON-lines file. Blank lines are passed over.
+fn lines(path: &Path, mut each: impl FnMut(&[u8]) -> Result<String, String>) -> Result<(), Error> {
     let bytes = read(path, MAX_BYTES)?;
     for (i, line) in bytes.split(|&b| b == b'\n').enumerate() {
         if line.iter().all(u8::is_ascii_whitespace) {
             continue;
         }
-        let answer = serde_json::from_slice(line).map_err(|e| e.to_string()).and_then(&mut each);
         let message = |message| Error::Line { file: path.display().to_string(), line: i + 1, message };
-        say(answer.map_err(message)?)?;
+        say(each(line).map_err(message)?)?;
     }
     Ok(())
 }
 
+fn parsed<T: for<'a> Deserialize<'a>>(line: &[u8]) -> Result<T, String> {
+    serde_json::from_slice(line).map_err(|e| e.to_string())
+}
+
+/// Whether a line of CASES is one in the world, so that what is wrong with it is said of that one.
+fn is_in_world(line: &[u8]) -> bool {
+    serde_json::from_slice::<serde_json::Value>(line).is_ok_and(|line| line.get("light").is_some())
+}
+
 #[derive(Deserialize)]
-struct Case {
+struct CosineLine {
     id: serde_json::Value,
     curves: Vec<[[f64; 2]; 4]>,
     c0: [f64; 3],
@@ -113,56 +130,78 @@ struct Case {
     c2: [f64; 3],
 }
 
+/// A shape given in cosine space: what a line of `glyphlight probe integral` says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// What the line calls itself.
+    pub id: serde_json::Value,
+    /// The contours, taken as they are: they may overlap and run either way round.
+    pub shape: Shape,
+    /// The images of the light's x axis, y axis and origin in cosine space.
+    pub images: [DVec3; 3],
+}
+
+impl Case {
+    /// Reads one line of JSON.
+    ///
+    /// # Errors
+    /// What is wrong with it, with key and value.
+    pub fn parse(line: &[u8]) -> Result<Self, String> {
+        let CosineLine { id, curves, c0, c1, c2 } = parsed(line)?;
+        let shape = shape_of(&curves)?;
+        Ok(Self { id, shape, images: cosine_space([c0, c1, c2])? })
+    }
+
+    /// The clamped-cosine integral by `technique`, clipped at z = 0, and what it was made of ([`Technique::parts`]); 0 for
+    /// what does not reach the point.
+    ///
+    /// # Errors
+    /// [`TreeError`] where the shape is no region.
+    pub fn integral(&self, technique: &Technique, tolerance: f32) -> Result<(f64, u32), TreeError> {
+        let emitter = Emitter::of_shape(self.shape.clone(), technique)?;
+        let images = Images::in_cosine_space(self.images);
+        let integral = images.integral(&emitter, None, tolerance, &mut Budget::default());
+        Ok(integral.map_or((0.0, 0), |i| (i.value.x, i.visited)))
+    }
+}
+
 #[derive(Serialize)]
 struct Value {
     id: serde_json::Value,
     value: f64,
-    visited: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    visited: Option<u32>,
 }
 
-fn integrals(path: &Path, how: &How) -> Result<(), Error> {
-    let (technique, _) = how.technique.resolve()?;
+fn integrals(path: &Path, backend: BackendArg, how: &How) -> Result<(), Error> {
+    let (technique, horizons) = how.technique.resolve()?;
     let tolerance = how.tolerance()?;
-    lines(path, |case: Case| {
-        let shape = contours(&case.curves)?;
-        let images = Images::in_cosine_space(cosine_space(&case)?);
-        let emitter = Emitter::of_shape(shape, &technique).map_err(|e| format!("`curves`: {e}"))?;
-        let integral = images.integral(&emitter, None, tolerance, &mut Budget::default());
-        let (value, visited) = integral.map_or((0.0, 0), |i| (i.value.x, i.visited));
-        json(&Value { id: case.id, value, visited }).map_err(|e| e.to_string())
+    let backends = Backends::new(backend);
+    lines(path, |line| {
+        let value = if is_in_world(line) {
+            let line: Line = parsed(line)?;
+            let case = stress::case::Case::of_line(&line, tolerance)?;
+            let meter = backends.meter(technique, horizons).map_err(|e| e.to_string())?;
+            let values = meter.read(&[vec![case]]).map_err(|e| e.to_string())?;
+            let value = values.first().and_then(|block| block.first()).copied().unwrap_or_default();
+            Value { id: line.id, value, visited: None }
+        } else {
+            let case = Case::parse(line)?;
+            let (value, visited) = case.integral(&technique, tolerance).map_err(|e| format!("`curves`: {e}"))?;
+            Value { id: case.id, value, visited: Some(visited) }
+        };
+        json(&value).map_err(|e| e.to_string())
     })
 }
 
 /// The map to cosine space. Only its direction counts, but its products must not leave the range of f64.
-fn cosine_space(case: &Case) -> Result<[DVec3; 3], String> {
-    let c = [case.c0, case.c1, case.c2].map(DVec3::from_array);
+fn cosine_space(c: [[f64; 3]; 3]) -> Result<[DVec3; 3], String> {
+    let c = c.map(DVec3::from_array);
     let largest = c.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
     if (SMALLEST..=LARGEST).contains(&largest) {
         return Ok(c);
     }
     Err(format!("the largest of `c0`, `c1`, `c2` is {largest:e}; it must be {SMALLEST:e} to {LARGEST:e}"))
-}
-
-/// Splits a list of curves where one does not begin at the last end point.
-fn contours(curves: &[[[f64; 2]; 4]]) -> Result<Shape, String> {
-    let mut contours: Vec<Vec<CubicBez>> = Vec::new();
-    let mut end = None;
-    for points in curves {
-        if let Some(point) = points.iter().find(|p| p.iter().any(|v| v.abs() > LARGEST)) {
-            return Err(format!("`curves`: control point {point:?} is beyond ±{LARGEST:e}"));
-        }
-        let [p0, p1, p2, p3] = points.map(DVec2::from_array);
-        let curve = CubicBez::new(p0, p1, p2, p3);
-        match contours.last_mut() {
-            Some(contour) if end == Some(p0) => contour.push(curve),
-            _ => contours.push(vec![curve]),
-        }
-        end = Some(p3);
-    }
-    if contours.is_empty() {
-        return Err("`curves` is empty".into());
-    }
-    Shape::from_contours(contours).map_err(|e| format!("`curves`: {e}"))
 }
 
 #[derive(Deserialize)]
@@ -191,7 +230,7 @@ fn scene_points(scene: &Path, points: &Path, how: &How) -> Result<(), Error> {
     let tolerance = how.tolerance()?;
     let settings = Settings { width: 1, height: 1, samples: 1, tolerance, technique, horizons, ..Settings::default() };
     let prepared = Prepared::new(&loaded.scene, &settings)?;
-    lines(points, |point: Point| json(&reading(&prepared, &settings, point)?).map_err(|e| e.to_string()))
+    lines(points, |line| json(&reading(&prepared, &settings, parsed(line)?)?).map_err(|e| e.to_string()))
 }
 
 fn reading(prepared: &Prepared, settings: &Settings, point: Point) -> Result<Reading, String> {

@@ -1,6 +1,33 @@
-//! The progress bar of long work, on a terminal only.
+//! The progress of long work, on a terminal only.
 
 use indicatif::{ProgressBar, ProgressStyle};
+use std::io::IsTerminal;
+
+/// One line on standard error that is written over and over, if that is a terminal; nothing elsewhere.
+#[derive(Debug)]
+pub struct Line {
+    terminal: bool,
+}
+
+impl Default for Line {
+    fn default() -> Self {
+        Self { terminal: std::io::stderr().is_terminal() }
+    }
+}
+
+impl Line {
+    /// Shows `what` in place of what was there.
+    pub fn say(&self, what: impl std::fmt::Display) {
+        if self.terminal {
+            eprint!("\r\x1b[K{what}");
+        }
+    }
+
+    /// Clears the line.
+    pub fn end(&self) {
+        self.say("");
+    }
+}
 
 /// Runs `work` with a bar on standard error that it moves by reporting how many of how many parts are done. Where standard error
 /// is no terminal there is no bar. It vanishes when the work is done.

@@ -203,6 +203,9 @@ fn table(report: &Report<'_>) -> String {
     table.add_row(["shaded samples".to_owned(), stats.shaded.to_string()]);
     table.add_row(["integrals per sample".to_owned(), per_sample(stats.integrals)]);
     table.add_row([format!("{parts} per sample"), per_sample(stats.nodes)]);
+    if let Some(bytes) = stats.memory.per_curve() {
+        table.add_row(["bytes of trees per curve".to_owned(), format!("{bytes:.0}")]);
+    }
     if !stats.left_out.is_empty() {
         table.add_row(["left out for all samples".to_owned(), stats.left_out.join(", ")]);
     }

@@ -33,7 +33,7 @@ pub fn angle_over_sine<L: Lanes>(x: L) -> L {
 #[inline(always)]
 pub fn edge_integral<P: PlanePoint>(map: &CosineMap<P::Lanes>, a: P, b: P) -> P::Lanes {
     let (pa, pb) = (map.point(a.round()), map.point(b.round()));
-    let inv = map.depth.splat(1.0) / (pa.length_squared() * pb.length_squared()).sqrt();
+    let inv = map.depth.splat(1.0) / (pa.length_squared().sqrt() * pb.length_squared().sqrt());
     edge_angle(edge_normal(map, (b - a).perp_dot(a), (b - a).round()), pa.dot(pb) * inv, inv)
 }
 

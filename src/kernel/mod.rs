@@ -6,6 +6,7 @@
 //! integrals are normalised: a full hemisphere gives 1.
 
 pub mod body;
+pub mod cluster;
 pub mod cubic;
 pub mod curve;
 pub mod edge;

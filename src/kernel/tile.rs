@@ -29,11 +29,11 @@ impl Extent {
         self.high = self.high.max(v);
     }
 
-    fn middle(&self) -> Vec3 {
+    pub(super) fn middle(&self) -> Vec3 {
         (self.low + self.high) * 0.5
     }
 
-    fn half(&self) -> Vec3 {
+    pub(super) fn half(&self) -> Vec3 {
         (self.high - self.low) * 0.5
     }
 }
@@ -64,6 +64,9 @@ impl TileBounds {
     };
 }
 
+/// In [`LightBox::one_sided`].
+pub const CLUSTERED: u32 = 2;
+
 /// Where a light may be, and how much of it: what it shines on a point comes from directions in which this box is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -86,7 +89,7 @@ pub struct LightBox {
     pub half_z: f32,
     /// W·sr⁻¹·m⁻², linear Rec.709.
     pub radiance: Vec3,
-    /// 1 where it is flat and dark behind.
+    /// 1 where it is flat and dark behind; [`CLUSTERED`] where clusters decide about the light and nobody asks for its box.
     pub one_sided: u32,
 }
 

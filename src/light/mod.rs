@@ -1,5 +1,6 @@
 //! [`AreaLight`]: shapes with emission, placed in the world.
 
+pub mod cluster;
 pub mod curves;
 pub mod distance;
 pub mod mask;

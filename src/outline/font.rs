@@ -1,6 +1,7 @@
 //! Font files: outlines, metrics, axes. The only file that names `ttf_parser`.
 
 use super::glyf::{self, Glyf};
+use super::guard::caught;
 use super::overlap::{self, OverlapError};
 use super::{FillRule, bundled, shaping};
 use crate::shape::Shape;
@@ -393,23 +394,27 @@ impl<'a> Instance<'a> {
         }
         let (id, tables) = (GlyphId(glyph), self.face.tables());
         let mut pen = Pen::default();
+        // Broken charstrings pop what they have not pushed, and the reader panics.
+        let broken = |reason: String| fail(format!("is malformed: {reason}"));
         if tables.glyf.is_some() {
             let table = |tag| self.face.raw_face().table(ttf_parser::Tag::from_bytes(tag)).unwrap_or_default();
             let glyf = Glyf::new(table(b"head"), table(b"loca"), table(b"glyf"));
             let entry = glyf.entry(glyph).map_err(fail)?;
             if entry.draws {
                 pen.shift = self.left_edge_shift(&entry);
-                self.face.outline_glyph(id, &mut pen).ok_or_else(|| fail("is malformed".to_owned()))?;
+                let outlined = caught(|| self.face.outline_glyph(id, &mut pen)).map_err(broken)?;
+                outlined.ok_or_else(|| fail("is malformed".to_owned()))?;
             }
         } else {
-            let outlined = match (&tables.cff, &tables.cff2) {
-                (Some(cff), _) => cff.outline(id, &mut pen),
-                (None, Some(cff2)) => cff2.outline(self.face.variation_coordinates(), id, &mut pen),
-                (None, None) => return Err(FontError::NoOutlines { font: self.font.name.clone() }),
-            };
-            match outlined {
-                Ok(_) | Err(ttf_parser::CFFError::ZeroBBox) => {}
-                Err(e) => return Err(fail(format!("is malformed: {e:?}"))),
+            let outlined = caught(|| match (&tables.cff, &tables.cff2) {
+                (Some(cff), _) => Some(cff.outline(id, &mut pen)),
+                (None, Some(cff2)) => Some(cff2.outline(self.face.variation_coordinates(), id, &mut pen)),
+                (None, None) => None,
+            });
+            match outlined.map_err(broken)? {
+                None => return Err(FontError::NoOutlines { font: self.font.name.clone() }),
+                Some(Ok(_) | Err(ttf_parser::CFFError::ZeroBBox)) => {}
+                Some(Err(e)) => return Err(broken(format!("{e:?}"))),
             }
         }
         if pen.elements > MAX_GLYPH_ELEMENTS {

@@ -1,18 +1,45 @@
-//! [`NewFolder`]: the folder of a comparison, there as a whole or not at all.
+//! [`NewFolder`]: the folder of a report, there as a whole or not at all.
 
-use super::FORMAT;
 use std::fs::FileType;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// The file that says that a folder is a comparison.
-const TABLE: &str = "table.json";
-/// Files of a comparison.
-pub const FILES: [&str; 5] = ["index.html", "table.md", "table.csv", TABLE, "error-scale.png"];
-/// Folders of a comparison.
-pub const FOLDERS: [&str; 2] = ["pictures", "errors"];
-/// How the names of all files in [`FOLDERS`] end.
-pub const ENDINGS: [&str; 2] = ["png", "exr"];
+/// What a folder holds, so that one that holds anything else is left alone.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Kind {
+    /// What messages call such a report.
+    pub name: &'static str,
+    /// The file that says that a folder is one: JSON with `format` and `program`.
+    pub table: &'static str,
+    /// The latest number of its format.
+    pub format: u32,
+    /// Its files.
+    pub files: &'static [&'static str],
+    /// Its folders.
+    pub folders: &'static [&'static str],
+    /// How the names of all files in its folders end.
+    pub endings: &'static [&'static str],
+}
+
+/// What `glyphlight compare` writes.
+pub static COMPARISON: Kind = Kind {
+    name: "comparison",
+    table: "table.json",
+    format: super::FORMAT,
+    files: &["index.html", "table.md", "table.csv", "table.json", "error-scale.png"],
+    folders: &["pictures", "errors"],
+    endings: &["png", "exr"],
+};
+
+/// What `glyphlight bench` writes.
+pub static BENCHMARK: Kind = Kind {
+    name: "benchmark",
+    table: "bench.json",
+    format: super::bench::FORMAT,
+    files: &["bench.json", "bench.csv"],
+    folders: &["plots"],
+    endings: &["svg", "png"],
+};
 
 /// A folder that is filled under a temporary name beside its place, and vanishes unless it is kept.
 #[must_use]
@@ -20,6 +47,7 @@ pub const ENDINGS: [&str; 2] = ["png", "exr"];
 pub struct NewFolder {
     folder: TempDir,
     path: PathBuf,
+    kind: &'static Kind,
 }
 
 /// Why there is no such folder.
@@ -29,25 +57,36 @@ pub enum FolderError {
     #[error("{}: there is a file of that name", .0.display())]
     File(PathBuf),
     /// It is there and isn't empty.
-    #[error("{}: the folder is not empty; --force replaces an earlier comparison", .0.display())]
-    NotEmpty(PathBuf),
-    /// It is there and holds what no comparison wrote.
+    #[error("{}: the folder is not empty; --force replaces an earlier {kind}", path.display())]
+    NotEmpty {
+        /// The folder.
+        path: PathBuf,
+        /// What it should be.
+        kind: &'static str,
+    },
+    /// It is there and holds what no such report has.
     #[error(
-        "{}: the folder holds {entry:?}, which is no part of a comparison; --force replaces nothing but comparisons",
+        "{}: the folder holds {entry:?}, which is no part of a {kind}; --force replaces nothing but {kind}s",
         path.display()
     )]
     Foreign {
         /// The folder.
         path: PathBuf,
+        /// What it should be.
+        kind: &'static str,
         /// The first such entry by name.
         entry: String,
     },
-    /// It is there, and no comparison says that it is one.
-    #[error(
-        "{}: the folder has no table.json of a comparison; --force replaces nothing but comparisons",
-        .0.display()
-    )]
-    NoComparison(PathBuf),
+    /// It is there, and no report says that it is one.
+    #[error("{}: the folder has no {table} of a {kind}; --force replaces nothing but {kind}s", path.display())]
+    NoReport {
+        /// The folder.
+        path: PathBuf,
+        /// The file that is missing, or isn't what it should be.
+        table: &'static str,
+        /// What it should be.
+        kind: &'static str,
+    },
     /// The folder it should lie in cannot be used.
     #[error("{}: no folder can be made in {}: {reason}", path.display(), parent.display())]
     Parent {
@@ -73,21 +112,22 @@ impl NewFolder {
     ///
     /// # Errors
     /// Every [`FolderError`].
-    pub fn check(path: &Path, force: bool) -> Result<(), FolderError> {
-        check(path, force)?;
+    pub fn check(path: &Path, kind: &'static Kind, force: bool) -> Result<(), FolderError> {
+        check(path, kind, force)?;
         let path = place_of(path)?;
         // It has no name: it is gone when its handle is.
         tempfile::tempfile_in(parent_of(&path)).map_err(|e| no_parent(&path, &e))?;
         Ok(())
     }
 
-    /// Begins the folder `path`. A folder that is there must be empty, or an earlier comparison and `force` be true. What
+    /// Begins the folder `path`. A folder that is there must be empty, or an earlier report of its kind
+    /// and `force` be true. What
     /// takes long belongs before it: a program that is killed leaves the temporary folder.
     ///
     /// # Errors
     /// Every [`FolderError`].
-    pub fn new(path: &Path, force: bool) -> Result<Self, FolderError> {
-        check(path, force)?;
+    pub fn new(path: &Path, kind: &'static Kind, force: bool) -> Result<Self, FolderError> {
+        check(path, kind, force)?;
         let path = place_of(path)?;
         let mut builder = tempfile::Builder::new();
         builder.prefix(".glyphlight-");
@@ -95,7 +135,7 @@ impl NewFolder {
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
         let folder = builder.tempdir_in(parent_of(&path)).map_err(|e| no_parent(&path, &e))?;
-        Ok(Self { folder, path })
+        Ok(Self { folder, path, kind })
     }
 
     /// Where a file of the folder is written meanwhile; folders on the way are made.
@@ -119,13 +159,13 @@ impl NewFolder {
         std::fs::write(&path, bytes).map_err(io(&self.path.join(file)))
     }
 
-    /// Gives the folder its name. A comparison that was there goes away once the new one is in its place.
+    /// Gives the folder its name. A report that was there goes away once the new one is in its place.
     ///
     /// # Errors
     /// What the system says, or that the place has been taken by something else meanwhile.
     pub fn keep(self, force: bool) -> Result<(), FolderError> {
-        let Self { folder, path } = self;
-        check(&path, force)?;
+        let Self { folder, path, kind } = self;
+        check(&path, kind, force)?;
         let parent = folder.path().parent().unwrap_or(Path::new("."));
         let old = tempfile::Builder::new().prefix(".glyphlight-").tempdir_in(parent).map_err(io(parent))?;
         let aside = old.path().join("old");
@@ -165,7 +205,7 @@ fn no_parent(path: &Path, error: &std::io::Error) -> FolderError {
 }
 
 /// Whether a folder may be made, or replaced, at `path`.
-fn check(path: &Path, force: bool) -> Result<(), FolderError> {
+fn check(path: &Path, kind: &'static Kind, force: bool) -> Result<(), FolderError> {
     if !path.exists() {
         return Ok(());
     }
@@ -177,12 +217,16 @@ fn check(path: &Path, force: bool) -> Result<(), FolderError> {
         return Ok(());
     }
     if !force {
-        return Err(FolderError::NotEmpty(path.into()));
+        return Err(FolderError::NotEmpty { path: path.into(), kind: kind.name });
     }
-    if let Some(entry) = foreign(path, &entries)? {
-        return Err(FolderError::Foreign { path: path.into(), entry });
+    if let Some(entry) = foreign(path, kind, &entries)? {
+        return Err(FolderError::Foreign { path: path.into(), kind: kind.name, entry });
     }
-    if is_table(&path.join(TABLE)) { Ok(()) } else { Err(FolderError::NoComparison(path.into())) }
+    if is_table(&path.join(kind.table), kind) {
+        Ok(())
+    } else {
+        Err(FolderError::NoReport { path: path.into(), table: kind.table, kind: kind.name })
+    }
 }
 
 /// What a folder holds, by name; a symbolic link is a symbolic link, not what it points to.
@@ -196,29 +240,29 @@ fn entries(folder: &Path) -> Result<Vec<(String, FileType)>, FolderError> {
     Ok(entries)
 }
 
-/// The first thing by name that no comparison writes.
-fn foreign(path: &Path, entries: &[(String, FileType)]) -> Result<Option<String>, FolderError> {
-    for (name, kind) in entries {
-        if FOLDERS.contains(&name.as_str()) && kind.is_dir() {
-            let ours = |(file, kind): &(String, FileType)| {
+/// The first thing by name that no such report has.
+fn foreign(path: &Path, kind: &Kind, entries: &[(String, FileType)]) -> Result<Option<String>, FolderError> {
+    for (name, entry) in entries {
+        if kind.folders.contains(&name.as_str()) && entry.is_dir() {
+            let ours = |(file, entry): &(String, FileType)| {
                 let ending = Path::new(file).extension().and_then(|e| e.to_str());
-                kind.is_file() && ending.is_some_and(|e| ENDINGS.contains(&e))
+                entry.is_file() && ending.is_some_and(|e| kind.endings.contains(&e))
             };
             if let Some((file, _)) = self::entries(&path.join(name))?.iter().find(|entry| !ours(entry)) {
                 return Ok(Some(format!("{name}/{file}")));
             }
-        } else if !(FILES.contains(&name.as_str()) && kind.is_file()) {
+        } else if !(kind.files.contains(&name.as_str()) && entry.is_file()) {
             return Ok(Some(name.clone()));
         }
     }
     Ok(None)
 }
 
-/// Whether a file is the table of a comparison, in this format or an earlier one.
-fn is_table(file: &Path) -> bool {
+/// Whether a file is the table of such a report, in this format or an earlier one.
+fn is_table(file: &Path, kind: &Kind) -> bool {
     let parsed = std::fs::read(file).ok().and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
     parsed.is_some_and(|table| {
-        let format = table["format"].as_u64().is_some_and(|format| (1..=u64::from(FORMAT)).contains(&format));
+        let format = table["format"].as_u64().is_some_and(|format| (1..=u64::from(kind.format)).contains(&format));
         format && table["program"].as_str().is_some_and(|program| program.starts_with("glyphlight "))
     })
 }

@@ -24,9 +24,14 @@
 //! the folder. `table.csv` has the same rows, one line each, all blocks after each other under one line of names; numbers in
 //! full, nothing where JSON has null (RFC 4180). `table.md` is for people: three digits.
 
+pub mod bench;
+pub mod check;
 pub mod folder;
 pub mod page;
+pub mod plot;
 pub mod scale;
+pub mod skips;
+pub mod statistics;
 pub mod table;
 
 use crate::metrics::Figures;
@@ -170,7 +175,7 @@ pub struct Row {
 }
 
 /// A technique without a picture.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, serde::Deserialize)]
 pub struct LeftOut {
     /// With its parameter.
     pub technique: String,
@@ -182,6 +187,25 @@ pub struct LeftOut {
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// The encoder of JSON failed.
-    #[error("table.json: {0}")]
+    #[error("JSON: {0}")]
     Json(#[from] serde_json::Error),
+    /// A file that should be a benchmark is none.
+    #[error("not a benchmark: {0}")]
+    NoBenchmark(serde_json::Error),
+    /// A benchmark of another version of the program.
+    #[error("a benchmark of format {found}; this program knows {known}")]
+    Format {
+        /// What the file says.
+        found: u32,
+        /// What there is.
+        known: u32,
+    },
+    /// A plot cannot be drawn.
+    #[error("plot {plot}: {message}")]
+    Plot {
+        /// Which.
+        plot: String,
+        /// What the library says.
+        message: String,
+    },
 }

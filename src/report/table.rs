@@ -239,7 +239,7 @@ fn markdown_table(block: &Block) -> String {
 }
 
 /// A field of a CSV line.
-fn field(text: &str) -> String {
+pub(super) fn field(text: &str) -> String {
     if text.contains(['"', ',', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
 }
 

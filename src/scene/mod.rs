@@ -8,8 +8,10 @@ pub mod material;
 pub mod mesh;
 pub mod motion;
 pub mod preset;
+pub mod signs;
 pub mod surface;
 pub mod texture;
+pub mod trial;
 
 use crate::light::AreaLight;
 pub use camera::Camera;

@@ -345,6 +345,7 @@ pub fn same_stats(a: &Stats, b: &Stats) -> bool {
             && near(x.below_horizon, y.below_horizon)
             && near(x.no_lobe, y.no_lobe)
             && near(x.under_tolerance, y.under_tolerance)
+            && near(x.clustered, y.clustered)
             && near(x.behind_tile, y.behind_tile)
             && near(x.below_tile, y.below_tile)
     });

@@ -4,15 +4,18 @@
 
 mod approximations;
 mod backends;
+mod bench;
 mod brdf;
 mod browser;
 mod cases;
 mod cli;
+mod clusters;
 mod compare;
 mod edges;
 mod film;
 mod fonts;
 mod frames;
+mod fuzz_finds;
 mod kernel;
 mod mask;
 mod mesh;

@@ -6,6 +6,7 @@ use core::mem::offset_of;
 use glyphlight::backend::gpu::layout::{Box, Emitter, Frame, MeterPoint, Pixel, Reading};
 use glyphlight::backend::gpu::source::{Source, gbuffer, light, meter};
 use glyphlight::backend::technique::NAMES;
+use glyphlight::kernel::cluster::Cluster;
 use glyphlight::kernel::curve::Curve;
 use glyphlight::kernel::mosaic::Tile;
 use glyphlight::kernel::pal::Polygon;
@@ -77,7 +78,7 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
     vec![
         layout!(Rays: forward right up),
         layout!(Frame: rays raster picture tile_origin tile_size offset steps tolerance emitters boxes lights eps
-            choice),
+            choice clusters per_metre pad),
         layout!(SurfaceTriangle: p0 e1 e2 n0 n1 n2 t0 t1 t2),
         layout!(SurfaceMaterial: base_color alpha specular normal_scale base_color_texture
             metallic_roughness_texture normal_texture pad),
@@ -85,6 +86,7 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
         layout!(Emitter: x first y end center first_detail normal light radiance two_sided
             form radius length picture),
         layout!(LightBox: center area x half_x y half_y z half_z radiance one_sided),
+        layout!(Cluster: center link half low axis high flux cone_cos squares cone_sin products pad moments),
         layout!(Node: center half a b m0 m1 m2 areas link),
         layout!(Handles: p1 p2 low1 low2),
         layout!(Curve: p0 p1 p2 p3),

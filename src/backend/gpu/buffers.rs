@@ -39,6 +39,7 @@ impl SceneBuffers {
             elements(device, "pictures of lights", &emitters.pictures)?,
             elements(device, "texels of lights", &emitters.picture_texels)?,
             storage(device, "boxes of lights", prepared.map_or(&[], |p| &p.boxes))?,
+            storage(device, "clusters of lights", prepared.map_or(&[], |p| &p.clustered.tree.clusters))?,
         ];
         let frame = device.device.create_buffer(&BufferDescriptor {
             label: Some("frame"),

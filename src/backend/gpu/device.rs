@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use wgpu::{Adapter, AdapterInfo, Backends, DeviceType, Instance, InstanceDescriptor};
 
 /// Storage buffers of the largest pass.
-const STORAGE_BUFFERS: u32 = 14;
+const STORAGE_BUFFERS: u32 = 15;
 
 /// An open device.
 #[derive(Debug)]

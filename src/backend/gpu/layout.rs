@@ -42,6 +42,12 @@ pub struct Frame {
     pub eps: f32,
     /// `uniform`: edges per curve. `pal`: the basis.
     pub choice: u32,
+    /// Number of clusters of lights.
+    pub clusters: u32,
+    /// The clusters' unit of length over a metre.
+    pub per_metre: f32,
+    /// Of the layout.
+    pub pad: UVec2,
 }
 
 impl Frame {

@@ -17,7 +17,7 @@ pub const VISIBILITY_FORMAT: TextureFormat = TextureFormat::R32Uint;
 pub const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
 /// Number of scene arrays: bindings 1 to this of group 0.
-const ARRAYS: u32 = 12;
+const ARRAYS: u32 = 13;
 
 /// Layouts that all scenes share.
 #[derive(Debug)]
@@ -118,7 +118,8 @@ impl Layouts {
             ("SKIP_BEHIND_TILES", flag(features.skips.behind)),
             ("SKIP_BELOW_TILES", flag(features.skips.below_horizon)),
             ("SKIP_UNDER_TOLERANCE", flag(features.skips.under_tolerance)),
-            ("TILES", flag(features.skips.by_tile())),
+            ("TILES", flag(features.skips.by_tile() || features.skips.clusters)),
+            ("CLUSTERS", flag(features.skips.clusters)),
             ("TEXTURES", flag(features.textures)),
             ("PICTURES", flag(features.pictures)),
             ("BODIES", flag(features.bodies)),

@@ -2,13 +2,14 @@
 
 use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
 use crate::brdf::ltc::{ALPHA_MIN, Table};
+use crate::kernel::cluster::{HALF, INDEX_MASK, MOST_LISTED, ROUNDING, SINGLE};
 use crate::kernel::curve::NEAREST_IMAGE;
 use crate::kernel::horizon::MARGIN;
 use crate::kernel::map::FOOT_LIMIT;
 use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
 use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
-use crate::kernel::tile::{BUCKETS, SKIP_SHARE};
+use crate::kernel::tile::{BUCKETS, CLUSTERED, SKIP_SHARE};
 use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SLACK};
 use crate::kernel::{pal, representative};
 
@@ -66,7 +67,11 @@ pub fn gbuffer() -> Source {
 pub fn light(name: &str) -> Source {
     concatenate(
         "light",
-        &[LIGHTS, technique(name), files!("surface" "reflect" "nearest" "tile" "skips" "light_list" "light")],
+        &[
+            LIGHTS,
+            technique(name),
+            files!("surface" "reflect" "nearest" "tile" "skips" "cluster" "cluster_list" "light_list" "light"),
+        ],
     )
 }
 
@@ -80,6 +85,11 @@ pub fn meter(name: &str) -> Source {
 fn constants() -> String {
     let [alphas, thetas] = Table::shipped().size();
     let unsigned = [
+        ("SINGLE", SINGLE),
+        ("HALF", HALF),
+        ("INDEX_MASK", INDEX_MASK),
+        ("MOST_LISTED", MOST_LISTED as u32),
+        ("CLUSTERED", CLUSTERED),
         ("LINK_MASK", LINK_MASK),
         ("CLUSTER", CLUSTER),
         ("RUN", RUN),
@@ -110,6 +120,7 @@ fn constants() -> String {
         ("SEAM", SEAM),
         ("SLACK", SLACK),
         ("SKIP_SHARE", SKIP_SHARE),
+        ("ROUNDING", ROUNDING),
         ("MARGIN", MARGIN),
         ("FOOT_LIMIT", FOOT_LIMIT as f32),
         ("PAL_BIAS", pal::BIAS),

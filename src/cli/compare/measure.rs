@@ -4,14 +4,16 @@ use crate::backend::cpu::CpuBackend;
 use crate::backend::technique::ReferenceLobe;
 use crate::backend::{Backend, Horizons, Rendering, Settings, Stats, Technique};
 use crate::cli::backend::{BackendArg, Backends};
+use crate::cli::progress::Line;
+use crate::cli::stages::times;
 use crate::error::Error;
 use crate::film::Film;
 use crate::light::{AreaLight, Form, Layer};
+use crate::report::statistics::median;
 use crate::report::{LeftOut, RectangleTime};
 use crate::scene::Scene;
 use crate::shape::{Bounds, CubicBez, Shape};
 use glam::{DVec2, DVec3};
-use std::io::IsTerminal;
 
 /// What takes longer is run once, seconds.
 const SLOW: f64 = 5.0;
@@ -157,7 +159,8 @@ pub fn all(scene: &Scene, entries: Vec<Entry>, backends: &Backends, repeat: u32)
         technique if technique.is_cpu_only() => CpuBackend.render(scene, settings),
         _ => backends.render(scene, settings),
     };
-    let progress = Progress { terminal: std::io::stderr().is_terminal(), repeat };
+    let line = Line::default();
+    let say = |round: u32, what: &str| line.say(format_args!("round {round} of {repeat}: {what}"));
     let flat = with_rectangles(scene)?;
     // Every entry has the same size and tolerance.
     let rectangle =
@@ -167,7 +170,7 @@ pub fn all(scene: &Scene, entries: Vec<Entry>, backends: &Backends, repeat: u32)
     let mut waiting = entries;
     for round in 1..=repeat {
         if let Some(settings) = &rectangle {
-            progress.say(round, "rectangles");
+            say(round, "rectangles");
             all.time_rectangle(backends.render(&flat, settings)?.stats);
             if on_cpu && all.rectangles.iter().any(|(backend, _)| backend != "cpu") {
                 all.time_rectangle(CpuBackend.render(&flat, settings)?.stats);
@@ -175,14 +178,14 @@ pub fn all(scene: &Scene, entries: Vec<Entry>, backends: &Backends, repeat: u32)
         }
         for measured in all.entries.iter_mut().filter(|m| m.shading[0] + m.preparing[0] <= SLOW) {
             let settings = &measured.entry.settings;
-            progress.say(round, &measured.entry.label());
+            say(round, &measured.entry.label());
             let (shading, preparing) = times(&render(settings)?.stats);
             measured.shading.push(shading);
             measured.preparing.push(preparing);
         }
         // In the first round only.
         for entry in waiting.drain(..) {
-            progress.say(round, &entry.label());
+            say(round, &entry.label());
             match render(&entry.settings) {
                 Ok(Rendering { film, stats, .. }) => all.entries.push(Measured::new(entry, film, stats)),
                 Err(error) if entry.role == Role::Technique => {
@@ -192,49 +195,8 @@ pub fn all(scene: &Scene, entries: Vec<Entry>, backends: &Backends, repeat: u32)
             }
         }
     }
-    progress.end();
+    line.end();
     Ok(all)
-}
-
-/// One line on a terminal; nothing elsewhere.
-struct Progress {
-    terminal: bool,
-    repeat: u32,
-}
-
-impl Progress {
-    fn say(&self, round: u32, what: &str) {
-        if self.terminal {
-            eprint!("\r\x1b[Kround {round} of {}: {what}", self.repeat);
-        }
-    }
-
-    fn end(&self) {
-        if self.terminal {
-            eprint!("\r\x1b[K");
-        }
-    }
-}
-
-/// Seconds of shading, and of all that came before it but compiling pipelines, which happens once in a program's life.
-fn times(stats: &Stats) -> (f64, f64) {
-    let before = |stages: &[(String, f64)]| stages.iter().filter(|s| s.0 != "pipelines").map(|s| s.1).sum();
-    match stats.stages.iter().position(|(stage, _)| stage == "shading" || stage == "sampling") {
-        Some(at) => (stats.stages[at].1, before(&stats.stages[..at])),
-        None => (before(&stats.stages), 0.0),
-    }
-}
-
-/// The middle value, or the mean of the two in the middle.
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let n = sorted.len();
-    match n {
-        0 => 0.0,
-        _ if n % 2 == 1 => sorted[n / 2],
-        _ => 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]),
-    }
 }
 
 /// The scene with one rectangle for each light: the bounds of its layers, of the same power.

@@ -1,0 +1,172 @@
+//! `bench --skips`: each thing that is left out where a scene doesn't need it, switched on and off in turns.
+
+use super::measure::Bencher;
+use super::plan::On;
+use crate::backend::skips::{SkipName, Skips};
+use crate::backend::{LightStats, Rendering, Settings, Stats};
+use crate::cli::stages::times;
+use crate::error::Error;
+use crate::light::{AreaLight, Placement};
+use crate::metrics::figures;
+use crate::report::bench::Ratio;
+use crate::report::skips::SkipRow;
+use crate::report::statistics::median;
+use crate::scene::Scene;
+use crate::scene::surface::plane;
+use crate::scene::trial::{Finish, Trial, scene};
+use glam::{DVec2, DVec3};
+
+/// Tolerance of the pictures, W·sr⁻¹·m⁻².
+const TOLERANCE: f32 = 1e-3;
+
+/// A skip and a picture that doesn't need what is skipped.
+struct Case {
+    skip: &'static str,
+    about: &'static str,
+    trial: Trial,
+    finish: Finish,
+    /// What the counter counts.
+    counted: &'static str,
+    count: fn(&Stats) -> u64,
+    /// Adds to the scene.
+    change: fn(&mut Scene),
+}
+
+const CASES: [Case; 6] = [
+    Case {
+        skip: "lobes",
+        about: "a line of text over a metal floor, which has no diffuse light",
+        trial: Trial::Line,
+        finish: Finish::Gloss(0.25),
+        counted: "integrals without such a lobe",
+        count: |stats| lights(stats, |l| l.no_lobe),
+        change: |_| (),
+    },
+    Case {
+        skip: "textures",
+        about: "a rectangle over a floor without textures",
+        trial: Trial::Rectangle,
+        finish: Finish::Diffuse,
+        counted: "samples without texture look-ups",
+        count: |stats| shaded_without(stats, "textures"),
+        change: |_| (),
+    },
+    Case {
+        skip: "horizons",
+        about: "a line of text above a diffuse floor",
+        trial: Trial::Line,
+        finish: Finish::Diffuse,
+        counted: "samples without clipping",
+        count: |stats| shaded_without(stats, "horizons"),
+        change: |_| (),
+    },
+    Case {
+        skip: "behind",
+        about: "48 signs in rows",
+        trial: Trial::Glyph,
+        finish: Finish::Gloss(0.25),
+        counted: "integrals of tiles behind a light",
+        count: |stats| lights(stats, |l| l.behind_tile),
+        change: signs,
+    },
+    Case {
+        skip: "below-horizon",
+        about: "a shelf above 48 signs",
+        trial: Trial::Glyph,
+        finish: Finish::Gloss(0.25),
+        counted: "integrals of tiles that a light is below",
+        count: |stats| lights(stats, |l| l.below_tile),
+        change: |scene| {
+            signs(scene);
+            scene.triangles.extend(plane(DVec3::new(0.0, 1.0, 0.0), DVec3::Y, [6.0, 6.0], 1.0, 0));
+        },
+    },
+    Case {
+        skip: "under-tolerance",
+        about: "48 signs, each too dim far away",
+        trial: Trial::Glyph,
+        finish: Finish::Diffuse,
+        counted: "integrals of tiles with less light than the tolerance",
+        count: |stats| lights(stats, |l| l.under_tolerance),
+        change: |scene| {
+            signs(scene);
+            scene.lights.iter_mut().flat_map(|l| &mut l.layers).for_each(|layer| layer.radiance *= 0.2);
+        },
+    },
+];
+
+/// Eight by six small copies of the light instead of it, a metre apart and more.
+fn signs(scene: &mut Scene) {
+    let light = scene.lights.remove(0);
+    for i in 0..48 {
+        let (x, z) = (f64::from(i % 8) * 1.2 - 4.2, f64::from(i / 8) * 1.5 - 6.0);
+        let placement = Placement::new(DVec3::new(x, 0.05, z), DVec3::ZERO, DVec2::splat(0.3));
+        scene.lights.push(AreaLight { name: format!("sign {i}"), placement, ..light.clone() });
+    }
+}
+
+fn lights(stats: &Stats, count: fn(&LightStats) -> u64) -> u64 {
+    stats.lights.iter().map(count).sum()
+}
+
+/// All samples, if none of them paid for `what`.
+fn shaded_without(stats: &Stats, what: &str) -> u64 {
+    if stats.left_out.iter().any(|left| left == what) { stats.shaded } else { 0 }
+}
+
+/// Every skip on the backends, `side` × `side` pixels.
+///
+/// # Errors
+/// What the backends say.
+pub fn measure(bencher: &Bencher, backends: &[On], side: u32, repeats: u32) -> Result<Vec<SkipRow>, Error> {
+    let mut rows = Vec::new();
+    for case in &CASES {
+        let mut scene = scene(case.trial.layers()?, case.finish);
+        (case.change)(&mut scene);
+        let skip: SkipName = case.skip.parse().map_err(Error::Usage)?;
+        let on = Settings { width: side, height: side, samples: 1, tolerance: TOLERANCE, ..Settings::default() };
+        let off = Settings { skips: Skips::without(&[skip]), ..on };
+        for &backend in backends {
+            bencher.say(format_args!("skip {}, {backend}", case.skip));
+            let render = |settings| bencher.render(backend, &scene, settings);
+            let pixels = f64::from(side) * f64::from(side);
+            let time = |(rendering, ran): &(Rendering, f64)| times(&rendering.stats).0 * ran * 1e9 / pixels;
+            // The first pair warms up.
+            let (with, without) = (render(&on)?.0, render(&off)?.0);
+            let [mut fast, mut slow] = [Vec::new(), Vec::new()];
+            for _ in 0..repeats {
+                fast.push(time(&render(&on)?));
+                slow.push(time(&render(&off)?));
+            }
+            let [a, b] = [&with, &without].map(|r| r.film.reflected().collect::<Vec<_>>());
+            rows.push(SkipRow {
+                skip: case.skip.into(),
+                scene: case.about.into(),
+                backend: backend.to_string(),
+                device: with.stats.device.clone(),
+                counted: case.counted.into(),
+                count: (case.count)(&with.stats),
+                max_difference: figures(&a, &b)?.max,
+                tolerance: f64::from(TOLERANCE),
+                nanoseconds: median(&fast),
+                nanoseconds_off: median(&slow),
+                saved: Ratio::of(&slow, &fast),
+            });
+        }
+    }
+    bencher.say("");
+    Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_skip_of_a_picture_has_a_case() {
+        let cases: Vec<_> = CASES.iter().map(|c| c.skip).collect();
+        // What a sequence reuses shows in no single picture.
+        let skips: Vec<_> = Skips::ALL.iter().map(|(name, _)| *name).filter(|name| *name != "reuse").collect();
+        assert_eq!(cases, skips);
+    }
+}
