@@ -1,6 +1,6 @@
 //! The affine map from a light's plane to cosine space. Twin: `shaders/map.wgsl`.
 
-use super::lanes::{Doubles, Lanes, Mask, Real, Vector};
+use super::lanes::{Doubles, Lanes, Real, Vector};
 use core::fmt::Debug;
 use core::ops::{Add, Mul, Sub};
 use glam::{DVec2, DVec3, Vec2, Vec3};

@@ -89,7 +89,6 @@ mod table;
 use super::camera::Camera;
 use super::folder::{Folder, read};
 use super::mesh::Mesh;
-use super::motion::CameraMotion;
 use super::surface::plane;
 use super::{Material, Motion, Scene};
 pub use error::{Place, ResourceError, SceneError};
@@ -193,7 +192,7 @@ fn scene(root: &Table<'_>, folder: &Folder) -> Result<Loaded, SceneError> {
     Ok(builder.finish())
 }
 
-fn camera(table: &Table<'_>) -> Result<(Camera, Option<(CameraMotion, [f64; 2])>), SceneError> {
+fn camera(table: &Table<'_>) -> Result<(Camera, motion::MovingCamera), SceneError> {
     table.only(&[&["position", "look_at", "up", "fov_y"], &motion::KEYS[..]].concat())?;
     let position = table.require("position", "the eye point, [x, y, z]")?.vec3(&COORDINATE)?;
     let target = table.require("look_at", "the point in the middle of the picture, [x, y, z]")?;

@@ -138,8 +138,11 @@ fn radius(light: &AreaLight) -> f64 {
     }
 }
 
-/// How the camera in `table` moves, if it does, with the times of its first and last keyframe.
-pub(super) fn camera(table: &Table<'_>, own: &Camera) -> Result<Option<(CameraMotion, [f64; 2])>, SceneError> {
+/// How a camera moves, if it does, with the times of its first and last keyframe.
+pub(super) type MovingCamera = Option<(CameraMotion, [f64; 2])>;
+
+/// How the camera in `table` moves.
+pub(super) fn camera(table: &Table<'_>, own: &Camera) -> Result<MovingCamera, SceneError> {
     let Some(frames) = Keyframes::read(table, &["position", "look_at", "rotation", "fov_y"])? else {
         return Ok(None);
     };
