@@ -1,5 +1,6 @@
 //! The CPU backend: tiles of pixels over rayon, no driver needed.
 
+use super::cluster_packets::ReceiverPacket;
 use super::emitter::{Emitter, Skip};
 use super::gather::Images;
 use super::packets::{PointPacket, Question, tree_of};
@@ -256,8 +257,24 @@ impl Shader<'_> {
             Receiver::of_point(point.position.as_vec3(), axes, &point.reflectance, both_horizons, tree.per_metre)
         };
         let receivers: Vec<Receiver> = self.points.iter().map(receiver).collect();
+        let lanes = self.processor.lanes();
+        for (packet, receivers) in receivers.chunks(lanes).enumerate() {
+            let whole = ReceiverPacket::new(receivers).whole(self.processor, tree.view(), &self.list.clusters);
+            for (lane, receiver) in receivers.iter().enumerate() {
+                for (k, [r, g, b]) in whole.iter().enumerate() {
+                    let Some((_, reflected)) = receiver.lobe(k) else { continue };
+                    let sum = Vec3::new(r[lane], g[lane], b[lane]);
+                    self.points[packet * lanes + lane].sums[k] += sum * reflected;
+                    let count = self.list.clusters.iter().filter(|l| l.whole >> k & 1 == 1).count();
+                    self.counters.clusters.whole += count as u64;
+                }
+            }
+        }
         for i in 0..self.list.clusters.len() {
-            let listed = self.list.clusters[i];
+            let listed = ListedCluster { whole: 0, ..self.list.clusters[i] };
+            if listed.open == 0 {
+                continue;
+            }
             // A light that its points hand on is lit packet by packet; of a cluster each point walks through its own part.
             let alone = tree.clusters[listed.cluster as usize].is_single();
             let mut handed = [0; 2];

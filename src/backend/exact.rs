@@ -74,7 +74,8 @@ fn integral<R: Real>(map: &ExactMap, shape: &Shape, effort: Effort) -> f64 {
         }
     }
     for (i, list) in crossings.iter_mut().enumerate() {
-        sum += closing_edges(list, normals[i].normalize(), (normals.len() == 2).then(|| normals[1 - i]));
+        let other = (normals.len() == 2).then(|| Other { normal: normals[1 - i], corner: corner(map.c, &normals) });
+        sum += closing_edges(list, normals[i].normalize(), other);
     }
     sum / core::f64::consts::TAU
 }
@@ -294,7 +295,7 @@ fn kronrod<R: Real>(path: &Path<R>, a: f64, b: f64) -> (f64, f64) {
 
 /// Closes the contour along a horizon: its crossings in order along the line, each interval with the winding that
 /// the crossings before it leave, kept to where the other horizon's height is positive.
-fn closing_edges(crossings: &mut [Crossing], normal: DVec3, other: Option<DVec3>) -> f64 {
+fn closing_edges(crossings: &mut [Crossing], normal: DVec3, other: Option<Other>) -> f64 {
     let [Some(first), Some(last)] = [crossings.first(), crossings.last()] else { return 0.0 };
     // The line's direction: from the longest difference, which needs no division.
     let from = first.point;
@@ -314,18 +315,29 @@ fn closing_edges(crossings: &mut [Crossing], normal: DVec3, other: Option<DVec3>
     sum
 }
 
+/// The horizon that clips the closing edges of another.
+#[derive(Clone, Copy)]
+struct Other {
+    normal: DVec3,
+    /// Towards the point of the light's plane on both horizons: the same for both, so that what one gains there the other loses.
+    corner: DVec3,
+}
+
+/// Where both horizons meet the light's plane, as a direction: along their common line, on the light's side of the origin.
+fn corner([x, y, _]: [DVec3; 3], normals: &[DVec3]) -> DVec3 {
+    let ridge = normals[0].cross(normals[1]);
+    if x.cross(y).dot(ridge) > 0.0 { -ridge } else { ridge }
+}
+
 /// θ·(b×a)_z/|b×a| of the part of the chord a → b above the `other` horizon. Both ends lie in the plane through the origin with the
 /// unit normal `normal`, so b×a is along it: where the chord passes near the origin its own direction would be noise.
-fn clipped_chord(a: DVec3, b: DVec3, normal: DVec3, other: Option<DVec3>) -> f64 {
-    let (mut a, mut b) = (a, b);
-    if let Some(other) = other {
-        let (ha, hb) = (other.dot(a), other.dot(b));
-        match (ha > 0.0, hb > 0.0) {
-            (true, true) => {}
-            (false, false) => return 0.0,
-            (true, false) => b = a + (b - a) * (ha / (ha - hb)),
-            (false, true) => a += (b - a) * (ha / (ha - hb)),
-        }
+fn clipped_chord(a: DVec3, b: DVec3, normal: DVec3, other: Option<Other>) -> f64 {
+    let turn = |a: DVec3, b: DVec3, cross: DVec3| cross.dot(normal).atan2(a.dot(b)) * normal.z;
+    let Some(Other { normal: height, corner }) = other else { return turn(a, b, (b - a).cross(a)) };
+    match (height.dot(a) > 0.0, height.dot(b) > 0.0) {
+        (true, true) => turn(a, b, (b - a).cross(a)),
+        (false, false) => 0.0,
+        (true, false) => turn(a, corner, corner.cross(a)),
+        (false, true) => turn(corner, b, b.cross(corner)),
     }
-    (b - a).cross(a).dot(normal).atan2(a.dot(b)) * normal.z
 }

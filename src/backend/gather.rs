@@ -19,7 +19,8 @@ use crate::kernel::polygon::uniform_integral;
 use crate::kernel::quad::{QUAD_EDGES, Quad, quad_integral};
 use crate::kernel::representative::{Body, Solid};
 use crate::kernel::subdivide::{default_eps, kuge_integral};
-use crate::kernel::tree::{Budget, tree_integral};
+use crate::kernel::tree::{Budget, tree_integral, wide_integral};
+use crate::kernel::wide::{Wide, Wide3};
 use crate::light::Square;
 use crate::light::distance::Polygons;
 use crate::light::mosaic::Mosaic;
@@ -182,7 +183,15 @@ impl Images {
     ) -> Result<Gathered, Skip> {
         let root = &tree.nodes[0];
         let (map, clip) = self.clipped(emitter.square, lobe, [root.center, root.half])?;
-        let integral = tree_integral(&map, &clip, tree.view(), tolerance, budget);
+        let integral = if map.is_close() {
+            let view = self.wide(emitter.square, lobe, [root.center, root.half]);
+            if view.clipped.below {
+                return Err(Skip::BelowHorizon);
+            }
+            wide_integral(&view.map, &view.clipped.clip, tree.view(), tolerance, budget)
+        } else {
+            tree_integral(&map, &clip, tree.view(), tolerance, budget)
+        };
         Ok(self.lit(integral.value, integral.visited).painted(emitter, &map))
     }
 
@@ -229,6 +238,17 @@ impl Images {
             return Err(Skip::Behind);
         }
         if view.clipped.below { Err(Skip::BelowHorizon) } else { Ok((view.map, view.clipped.clip)) }
+    }
+
+    /// [`View::new`] at one point, in f64 to the end.
+    fn wide(&self, square: Square, lobe: Option<&Lobe>, bounds: [Vec2; 2]) -> View<Wide> {
+        let vector = |v: DVec3| -> Wide3 { Vector::of(Wide(v.x), Wide(v.y), Wide(v.z)) };
+        let lobe = lobe.map(|lobe| {
+            let InverseMatrix { xx, xz, yy, zx, zz } = lobe.m_inv.widen();
+            let m_inv = InverseMatrix { xx: Wide(xx), xz: Wide(xz), yy: Wide(yy), zx: Wide(zx), zz: Wide(zz) };
+            (m_inv, vector(lobe.m_row_z.as_dvec3()))
+        });
+        View::new::<Wide>(self.c.map(vector), square, lobe, bounds, self.may_be_cut)
     }
 
     /// What clips the box with that centre relative to the foot and those half-extents at z = 0 of cosine space.

@@ -1,5 +1,6 @@
 //! Backends: the same request ([`Settings`]) and the same answer ([`Rendering`]) on CPU and GPU.
 
+pub mod cluster_packets;
 pub mod clusters;
 pub mod cpu;
 pub mod emitter;

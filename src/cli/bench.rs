@@ -137,7 +137,7 @@ fn compare_skips(args: &Args) -> Result<bool, Error> {
 /// The computer and what of it is used.
 fn here(args: &Args, adapter: Option<String>) -> BenchMachine {
     let Machine { processor, system, .. } = machine();
-    BenchMachine { processor, simd: simd().into(), threads: args.threads.into(), system, adapter }
+    BenchMachine { processor, simd: simd(), threads: args.threads.into(), system, adapter }
 }
 
 fn open(path: &Path) -> Result<Benchmark, Error> {

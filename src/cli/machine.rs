@@ -1,5 +1,6 @@
 //! The computer and the time, as reports name them.
 
+use crate::kernel::packet::Processor;
 use crate::report::Machine;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -17,22 +18,9 @@ pub fn machine() -> Machine {
     }
 }
 
-/// The widest vector instructions of the processor.
-pub fn simd() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if std::arch::is_x86_feature_detected!("avx512f") {
-            return "AVX-512";
-        }
-        if std::arch::is_x86_feature_detected!("avx2") {
-            return "AVX2";
-        }
-        "SSE2"
-    }
-    #[cfg(target_arch = "aarch64")]
-    return "NEON";
-    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-    return "scalar";
+/// How many pixels the processor shades at once.
+pub fn simd() -> String {
+    format!("{} lanes", Processor::default().lanes())
 }
 
 /// Now, UTC, ISO 8601.

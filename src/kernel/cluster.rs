@@ -25,6 +25,7 @@
 //! shading points of a tile at once ([`list_clusters`]): positions, normals and rows of M⁻¹ are known by boxes that hold
 //! those of all points. What holds for some points only is decided by each ([`sum_clusters`]).
 
+use super::lanes::{Lanes, Vector};
 use super::reflect::Reflectance;
 use super::tile::{Extent, TileBounds};
 use super::tree::Budget;
@@ -152,6 +153,17 @@ impl Field {
         Self { rows: self.rows.map(|row| Loose::known(row.middle)), up: Loose::known(self.up.middle), ..*self }
     }
 
+    /// What a single point reflects of a cluster, by its expansion.
+    #[inline(always)]
+    fn expansion(&self, cluster: &Cluster, y: Vec3) -> Vec3 {
+        Vec3::from_array(expansion::<f32>(self.rows.map(|row| row.middle), &cluster.moments, y)) * self.reflected()
+    }
+
+    /// Reflected radiance over ∫ h·w dA.
+    fn reflected(&self) -> Vec3 {
+        self.weight * self.scale
+    }
+
     /// Largest length in cosine space of a vector in a box with these half-extents, by the middles of the rows.
     #[inline(always)]
     fn radius(&self, half: Vec3) -> f32 {
@@ -211,6 +223,17 @@ impl Receiver {
     fn new(position: Loose, fields: [Field; LOBES], per_metre: f32) -> Self {
         let position = Loose { middle: position.middle * per_metre, half: position.half * per_metre };
         Self { position, fields: fields.map(|field| (field.weight.max_element() > 0.0).then_some(field)) }
+    }
+
+    /// Its middle.
+    pub const fn position(&self) -> Vec3 {
+        self.position.middle
+    }
+
+    /// The rows of the map from the world to cosine space, by the lobe's place, and reflected radiance over ∫ h·w dA. `None` for a
+    /// lobe that reflects nothing.
+    pub fn lobe(&self, lobe: usize) -> Option<([Vec3; 3], Vec3)> {
+        self.fields[lobe].as_ref().map(|field| (field.rows.map(|row| row.middle), field.reflected()))
     }
 
     /// The middle of the tile.
@@ -337,20 +360,35 @@ fn open(v: Loose, open: Vec3, far: Vec3) -> f32 {
     v.middle.abs().dot(open) + v.half.dot(far)
 }
 
-/// The first-order expansion at a single point: reflected radiance.
+/// The first-order expansion of ∫ h·w dA at single points, for each channel: what det M⁻¹/π and what the lobe reflects are
+/// multiplied with. `rows` map the world to cosine space, `y` leads to the cluster's centre.
 #[inline(always)]
-fn expansion(field: &Field, moments: &[Mat4; 3], y: Vec3) -> Vec3 {
-    let [a, b, c] = field.rows.map(|row| row.middle);
-    let p = Vec3::new(a.dot(y), b.dot(y), c.dot(y));
-    let inv2 = 1.0 / p.length_squared();
+pub fn expansion<L: Lanes>([a, b, c]: [L::Vec3; 3], moments: &[Mat4; 3], y: L::Vec3) -> [L; 3] {
+    let p = L::Vec3::of(a.dot(y), b.dot(y), c.dot(y));
+    let square = p.length_squared();
+    let inv2 = square.splat(1.0) / square;
     let inv = inv2.sqrt();
     let d = p * inv;
-    // h and its gradient in the world.
-    let gradient = (c - (a * d.x + b * d.y + c * d.z) * (4.0 * d.z)) * inv;
-    let kernel = gradient.extend(d.z);
-    let y = y.extend(1.0);
-    let sums = moments.map(|m| -(m * y).dot(kernel));
-    Vec3::from_array(sums).max(Vec3::ZERO) * field.weight * (field.scale * inv * inv2)
+    // h and its gradient in the world, times |p|³.
+    let gradient = (c - (a * d.x() + b * d.y() + c * d.z()) * (d.z() * 4.0)) * inv;
+    let [red, green, blue] = moments;
+    let (height, per_cube) = (d.z(), inv * inv2);
+    [
+        channel(red, gradient, height, y) * per_cube,
+        channel(green, gradient, height, y) * per_cube,
+        channel(blue, gradient, height, y) * per_cube,
+    ]
+}
+
+/// One channel's moments at (y, 1), with h and its gradient.
+#[inline(always)]
+fn channel<L: Lanes>(m: &Mat4, gradient: L::Vec3, height: L, y: L::Vec3) -> L {
+    let (x, y, z) = (y.x(), y.y(), y.z());
+    let first = gradient.x() * (x * m.x_axis.x + y * m.y_axis.x + z * m.z_axis.x + m.w_axis.x)
+        + gradient.y() * (x * m.x_axis.y + y * m.y_axis.y + z * m.z_axis.y + m.w_axis.y)
+        + gradient.z() * (x * m.x_axis.z + y * m.y_axis.z + z * m.z_axis.z + m.w_axis.z);
+    let zeroth = height * (x * m.x_axis.w + y * m.y_axis.w + z * m.z_axis.w + m.w_axis.w);
+    (-(first + zeroth)).max(height.splat(0.0))
 }
 
 /// What becomes of a cluster for a lobe.
@@ -473,7 +511,7 @@ impl ClusterSums {
         for k in 0..LOBES {
             if let (Some(field), true) = (&point.fields[k], listed.whole & 1 << k != 0) {
                 let y = first.center - point.position.middle;
-                self.radiance[k] += expansion(field, &first.moments, y);
+                self.radiance[k] += field.expansion(first, y);
                 self.whole += 1;
             }
         }
@@ -501,7 +539,7 @@ impl ClusterSums {
                 match fate {
                     Fate::Nothing => {}
                     Fate::Whole => {
-                        self.radiance[k] += expansion(field, &cluster.moments, view.y);
+                        self.radiance[k] += field.expansion(cluster, view.y);
                         self.whole += 1;
                     }
                     Fate::Refine if is_single => singles |= 1 << k,

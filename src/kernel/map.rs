@@ -1,6 +1,6 @@
 //! The affine map from a light's plane to cosine space. Twin: `shaders/map.wgsl`.
 
-use super::lanes::{Doubles, Lanes, Real, Vector};
+use super::lanes::{Doubles, Lanes, Mask, Real, Vector};
 use core::fmt::Debug;
 use core::ops::{Add, Mul, Sub};
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -210,12 +210,15 @@ impl<L: Lanes> CosineMap<L> {
         let near = |v: D| v.max(constant(-FOOT_LIMIT)).min(constant(FOOT_LIMIT)).narrow();
         let (foot_x, foot_y) = (near(foot[0]), near(foot[1]));
         let at = [D::widen(foot_x) * half + constant(center.x), D::widen(foot_y) * half + constant(center.y)];
-        let c2 = origin + x * at[0] + y * at[1];
-        let least = g00.max(g11).sqrt() * square.sqrt() * TOUCHING;
-        let touches = least.above(depth.abs());
-        let least = D::select(depth.is_positive(), least, -least);
-        let c2 = c2 - normal * D::select(touches, (least - depth) / square, constant(0.0));
-        let depth = D::select(touches, least, depth);
+        let (mut c2, mut depth) = (origin + x * at[0] + y * at[1], depth);
+        let reach = g00.max(g11) * square;
+        let touching = (reach * (TOUCHING * TOUCHING)).above(depth * depth);
+        if touching.any() {
+            let least = D::select(touching, reach.sqrt() * TOUCHING, depth.abs());
+            let lifted = D::select(depth.is_positive(), least, -least);
+            c2 = c2 - normal * ((lifted - depth) / square);
+            depth = lifted;
+        }
         let map = Self {
             foot: PlanePoint::of(foot_x, foot_y),
             c0: narrow::<D>(c0),
@@ -234,7 +237,9 @@ impl<L: Lanes> CosineMap<L> {
     /// light's coordinates to f32 would show.
     #[inline(always)]
     pub fn is_close(&self) -> L::Mask {
-        (self.gram[0].max(self.gram[2]) * (CLOSE * CLOSE)).above(self.c2.length_squared())
+        // By the distance of the whole plane, D/|N'|: in a stretched space the foot, once it is kept near the light, may be far.
+        let reach = self.gram[0].max(self.gram[2]) * (CLOSE * CLOSE) * self.normal.length_squared();
+        reach.above(self.depth * self.depth)
     }
 
     /// The heights over a plane of a point relative to the foot (see [`super::horizon::Height`]), from the

@@ -27,3 +27,4 @@ pub mod subdivide;
 pub mod surface;
 pub mod tile;
 pub mod tree;
+pub mod wide;

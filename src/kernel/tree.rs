@@ -11,6 +11,7 @@ use super::horizon::{Clip, Horizon, cut_edge};
 use super::lanes::{Lanes, Mask, Real, Vector};
 use super::map::{CosineMap, PlanePoint};
 use super::packet::{Packet, Packet2, PacketMask, Simd};
+use super::wide::{Wide, Wide2};
 use bytemuck::{Pod, Zeroable};
 use core::f32::consts::{FRAC_1_PI, TAU};
 use glam::{DVec2, Vec2};
@@ -258,6 +259,22 @@ pub fn tree_integral(map: &CosineMap, clip: &Clip, tree: Nodes<'_>, tolerance: f
         let [integral] = walk([Lobe::<Vec2>::new(map, horizons, tolerance, true)], tree, budget);
         integral
     }
+}
+
+/// [`tree_integral`] in f64.
+pub fn wide_integral(
+    map: &CosineMap<Wide>,
+    clip: &Clip<Wide>,
+    tree: Nodes<'_>,
+    tolerance: f32,
+    budget: &mut Budget,
+) -> Integral {
+    let Budget { spent, share } = *budget;
+    let wide = |v: f32| Wide(f64::from(v));
+    let mut own = Budget { spent: wide(spent), share: wide(share) };
+    let [integral] = walk([Lobe::<Wide2>::new(map, clip.planes(), wide(tolerance), true)], tree, &mut own);
+    *budget = Budget { spent: own.spent.0 as f32, share: own.share.0 as f32 };
+    Integral { value: integral.value.0 as f32, visited: integral.visited }
 }
 
 /// [`tree_integral`] of the lanes that take part, none of which is close ([`CosineMap::is_close`]).

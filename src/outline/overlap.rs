@@ -78,7 +78,7 @@ pub enum OverlapError {
 /// The region that `path` encloses under `rule`, free of overlap. Subpaths left open are closed by a line.
 /// The result may be empty. Curves that nothing
 /// cuts stay as they are, bit for bit; crossings are right to about 1e-12 of the path's size. What is thinner than 1e-6
-/// of that size is dropped.
+/// of that size may be dropped.
 pub fn resolve(path: &BezPath, rule: FillRule) -> Result<Shape, OverlapError> {
     combine(path, &BezPath::new(), Rule { fill: rule, set: Set::Union })
 }
@@ -131,8 +131,10 @@ impl Rule {
 const WORKING_HALF_EXTENT: f64 = 512.0;
 /// Distance in working space below which curves count as touching: 1e-10 of the extent.
 const CLOSENESS: f64 = 1e-7;
-/// Contours whose mean width in working space is less, 1e-6 of the extent, are dropped: edges that nearly coincide.
+/// Contours whose mean width in working space is less, 1e-6 of the extent, are dropped if that does not show: edges that nearly coincide.
 const SLIVER: f64 = 1e-3;
+/// The same for what shows: 1e-10 of the extent.
+const HAIR: f64 = 1e-7;
 /// Handles this close to the chord, in working space, are rounding: 1e-13 of the extent.
 const STRAIGHT: f64 = 1e-10;
 /// The ways in which the boolean library is asked until a result holds, and the part of the extent by which the
@@ -182,8 +184,8 @@ fn combine(a: &BezPath, b: &BezPath, rule: Rule) -> Result<Shape, OverlapError> 
     for (attempt, agreement) in ATTEMPTS {
         let shared = Arc::clone(&sets);
         let work = move || sweep::boundary(&shared, &attempt, |a, b| rule.is_inside(a, b));
-        let loops: Vec<_> = match guarded("overlap", STACK, Duration::from_secs(limit), work) {
-            Ok(Ok(loops)) => loops.into_iter().filter(|curves| !is_sliver(curves)).collect(),
+        let loops = match guarded("overlap", STACK, Duration::from_secs(limit), work) {
+            Ok(Ok(loops)) => loops,
             Ok(Err(message)) | Err(GuardError::Failed(message)) => {
                 reason = format!("the boolean library failed: {message}");
                 continue;
@@ -194,8 +196,13 @@ fn combine(a: &BezPath, b: &BezPath, rule: Rule) -> Result<Shape, OverlapError> 
                 continue;
             }
         };
-        match judge(&sets, &loops, |a, b| rule.is_inside(a, b), agreement) {
-            Ok(()) => {
+        let judged = |width: f64| {
+            let kept: Vec<_> = loops.iter().filter(|curves| !is_sliver(curves, width)).cloned().collect();
+            judge(&sets, &kept, |a, b| rule.is_inside(a, b), agreement).map(|()| kept)
+        };
+        // Along a horizontal a sliver may be long, and a loop with a long spike is none: with them it may be right.
+        match judged(SLIVER).or_else(|e| judged(HAIR).map_err(|_| e)) {
+            Ok(loops) => {
                 let leave = |curves: Vec<CubicBez>| curves.iter().map(|c| frame.leave(c)).collect();
                 return Ok(Shape::from_contours(loops.into_iter().map(leave).collect())?);
             }
@@ -209,8 +216,8 @@ fn combine(a: &BezPath, b: &BezPath, rule: Rule) -> Result<Shape, OverlapError> 
     Err(OverlapError::Refused { curves, reason })
 }
 
-/// Whether a loop is thinner than [`SLIVER`].
-fn is_sliver(curves: &[CubicBez]) -> bool {
+/// Whether a loop's mean width is less than `width`.
+fn is_sliver(curves: &[CubicBez], width: f64) -> bool {
     let length: f64 = curves.iter().map(|c| c.p0.distance(c.p1) + c.p1.distance(c.p2) + c.p2.distance(c.p3)).sum();
     let origin = curves[0].p0;
     let from_origin = |c: &CubicBez| {
@@ -218,7 +225,7 @@ fn is_sliver(curves: &[CubicBez]) -> bool {
         CubicBez::new(p0, p1, p2, p3)
     };
     let area: f64 = curves.iter().map(|c| from_origin(c).signed_area()).sum();
-    area.abs() <= 0.5 * length * SLIVER
+    area.abs() <= 0.5 * length * width
 }
 
 /// The map between light space and working space.

@@ -63,7 +63,7 @@ pub struct Build {
 pub struct BenchMachine {
     /// Model of the processor.
     pub processor: String,
-    /// Its widest vectors that packets of pixels use.
+    /// Pixels in a packet, as `16 lanes`: f32 in its widest vector.
     pub simd: String,
     /// Threads that shade; yardsticks take all there are.
     pub threads: usize,

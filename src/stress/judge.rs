@@ -1,6 +1,7 @@
 //! What is wrong with a value: the yardstick and the verdict.
 
 use super::case::Case;
+use super::meter::Meter;
 use crate::backend::Horizons;
 use crate::backend::exact::{ExactMap, exact_integral, rough_integral};
 use crate::kernel::frame::ShadingFrame;
@@ -126,8 +127,10 @@ impl Seen {
     }
 }
 
-/// Judges a value. `hair` is the relative rounding of the inputs that the backend computes with.
-pub fn judge(case: &Case, horizons: Horizons, hair: f64, value: f64) -> Judged {
+/// Judges what a meter has read of a case.
+pub fn judge(meter: &dyn Meter, case: &Case, value: f64) -> Judged {
+    let case = &meter.given(case);
+    let horizons = meter.horizons();
     let Some(seen) = Seen::new(case) else { return Judged { value, exact: 0.0, fault: None, undecided: true } };
     if seen.is_on_contour(&case.stage.shape) {
         let range = verdict(case, value, value.clamp(0.0, 1.0));
@@ -135,12 +138,12 @@ pub fn judge(case: &Case, horizons: Horizons, hair: f64, value: f64) -> Judged {
     }
     let map = seen.map(case, horizons);
     let rough = verdict(case, value, rough_integral(&map, &case.stage.shape));
-    if rough.fault.is_none() {
+    if rough.fault != Some(Fault::Beyond) && rough.fault != Some(Fault::AboveOne) || !meter.is_bounded() {
         return rough;
     }
     let judged = verdict(case, value, exact_integral(&map, &case.stage.shape));
     let undecided = judged.fault == Some(Fault::Beyond)
-        && seen.straddles(case, horizons, hair, value, f64::from(case.tolerance) + FLOOR);
+        && seen.straddles(case, horizons, meter.hair(), value, f64::from(case.tolerance) + FLOOR);
     if undecided { Judged { fault: None, undecided, ..judged } } else { judged }
 }
 

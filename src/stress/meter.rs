@@ -33,6 +33,11 @@ pub trait Meter: Sync {
     /// Where lobes are clipped.
     fn horizons(&self) -> Horizons;
 
+    /// Whether it is to keep the tolerance. What is off by more is then looked at again, with the yardstick's full digits.
+    fn is_bounded(&self) -> bool {
+        true
+    }
+
     /// The case with its inputs as the backend is given them.
     fn given(&self, case: &Case) -> Case {
         case.clone()
@@ -55,6 +60,10 @@ const F64_HAIR: f64 = 1e-14;
 /// Where lobes are clipped, by what a technique can.
 pub const fn horizons(technique: &Technique) -> Horizons {
     if technique.knows_true_horizon() { Horizons::Both } else { Horizons::Cosine }
+}
+
+const fn is_bounded(technique: &Technique) -> bool {
+    matches!(technique, Technique::Tree | Technique::Textured | Technique::Exact)
 }
 
 /// A technique on the CPU.
@@ -96,6 +105,10 @@ impl Meter for Cpu {
     fn horizons(&self) -> Horizons {
         self.horizons
     }
+
+    fn is_bounded(&self) -> bool {
+        is_bounded(&self.technique)
+    }
 }
 
 /// A technique on the GPU, by the light meter.
@@ -129,15 +142,7 @@ impl Meter for Gpu<'_> {
                 tolerance: case.tolerance,
             });
         }
-        let settings = Settings {
-            width: 1,
-            height: 1,
-            samples: 1,
-            tolerance: 1e-4,
-            technique: self.technique,
-            horizons: self.horizons,
-            ..Settings::default()
-        };
+        let settings = Settings { technique: self.technique, horizons: self.horizons, ..Settings::default() };
         let mut prepared = Prepared::new(&scene(DVec3::ZERO, Vec::new()), &settings)?;
         let emitters: Result<_, _> = stages.par_iter().map(|stage| stage.emitter(&self.technique)).collect();
         prepared.emitters = emitters?;
@@ -151,6 +156,10 @@ impl Meter for Gpu<'_> {
 
     fn horizons(&self) -> Horizons {
         self.horizons
+    }
+
+    fn is_bounded(&self) -> bool {
+        is_bounded(&self.technique)
     }
 
     /// Places relative to the camera, directions and the axes of the light's square in f32.

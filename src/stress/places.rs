@@ -147,7 +147,11 @@ pub fn stage(draw: &mut Draw) -> (ShapeKind, Stage) {
 
 /// Draws a shading point for a light.
 pub fn case(draw: &mut Draw, shape: ShapeKind, stage: &Arc<Stage>) -> (Kinds, Case) {
-    let place = draw.weighted(&PLACES);
+    let place = match draw.weighted(&PLACES) {
+        // Where contours overlap or cross themselves there is no telling what a point on them may see.
+        PlaceKind::OnEdge | PlaceKind::OnCorner if !shape.is_simple() => PlaceKind::Near,
+        place => place,
+    };
     let (lobe, view) = (draw.weighted(&LOBES), draw.weighted(&VIEWS));
     let kinds = Kinds { shape, place, lobe, view };
     let alpha = match lobe {

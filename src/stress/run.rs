@@ -178,7 +178,7 @@ pub fn run(
             .map(|i| {
                 let mut found = Findings::default();
                 for (k, case) in cases[i].iter().enumerate() {
-                    let judged = judge(&meter.given(case), meter.horizons(), meter.hair(), values[i][k]);
+                    let judged = judge(meter, case, values[i][k]);
                     found.count((first + i as u64) * BLOCK + k as u64, kinds[i][k], case, judged);
                 }
                 found

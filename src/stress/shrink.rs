@@ -17,7 +17,7 @@ pub fn shrink(meter: &dyn Meter, case: &Case) -> (Case, Judged) {
     let mut best = case.clone();
     let mut tries = 0;
     let Some(first) = failing(meter, case) else {
-        return (best, judge(&meter.given(case), meter.horizons(), meter.hair(), f64::NAN));
+        return (best, judge(meter, case, f64::NAN));
     };
     let mut verdict = first;
     // A pass takes the first smaller case that still fails, and goes on from there.
@@ -40,7 +40,7 @@ pub fn shrink(meter: &dyn Meter, case: &Case) -> (Case, Judged) {
 /// What is wrong with a case; `None` where nothing is, or the meter will not have it.
 fn failing(meter: &dyn Meter, case: &Case) -> Option<Judged> {
     let value = meter.read(&[vec![case.clone()]]).ok()?.first()?.first().copied()?;
-    let judged = judge(&meter.given(case), meter.horizons(), meter.hair(), value);
+    let judged = judge(meter, case, value);
     judged.fault.map(|_| judged)
 }
 

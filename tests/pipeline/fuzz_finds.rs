@@ -39,6 +39,26 @@ fn a_crossing_beside_a_joint() {
     assert_eq!(windings, [0, 1, 0]);
 }
 
+/// A sliver thinner than 1e-6 of the path's size but long along a horizontal: it was dropped, and what was left refused.
+#[test]
+fn a_sliver_along_a_horizontal() {
+    let area = |data: &str| path::shape(data, FillRule::NonZero).unwrap().area();
+    let (square, sliver) = ("M0 0H30000V-30000H0Z", "M1 2L33334 6H33425Z");
+    let with = area(&format!("{square}{sliver}"));
+    assert!((with - area(square) - 182.0).abs() < 1e-3, "{with}");
+    assert!((area(sliver) - 182.0).abs() < 1e-3);
+}
+
+/// A path a thousand times as high as all that it encloses, by a spike without area: the judge's horizontals lay so far apart that
+/// it saw nothing wrong in a part that wound −1.
+#[test]
+fn a_spike_above_small_regions() {
+    let data = "M0 0 40 1T 0 1 4 0e8h-02 H1 3V2 1V2V31 3-2 33335 7z";
+    let shape = path::shape(data, FillRule::EvenOdd).unwrap();
+    let windings = [(-3.0, 0.218), (1.0, 0.218), (5.0, 0.218), (2.0, 3.0), (1.0, 3.0)].map(|p| shape.winding(p.into()));
+    assert_eq!(windings, [1, 0, 1, 1, 0]);
+}
+
 /// An edge no longer than its distance, of a light 1e13 times as large: 1/(|a|·|b|) left f32, and the integral was lost.
 #[test]
 fn a_light_that_is_touched() {

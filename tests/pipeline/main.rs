@@ -37,6 +37,7 @@ mod scene;
 mod shaders;
 mod shape;
 mod simple;
+mod stress;
 mod svg;
 mod svg_hostile;
 mod text;

@@ -30,9 +30,11 @@ struct Case {
     count: fn(&Stats) -> u64,
     /// Adds to the scene.
     change: fn(&mut Scene),
+    /// What is off in both pictures: it would leave out the same.
+    off: &'static [&'static str],
 }
 
-const CASES: [Case; 6] = [
+const CASES: [Case; 7] = [
     Case {
         skip: "lobes",
         about: "a line of text over a metal floor, which has no diffuse light",
@@ -41,6 +43,7 @@ const CASES: [Case; 6] = [
         counted: "integrals without such a lobe",
         count: |stats| lights(stats, |l| l.no_lobe),
         change: |_| (),
+        off: &[],
     },
     Case {
         skip: "textures",
@@ -50,6 +53,7 @@ const CASES: [Case; 6] = [
         counted: "samples without texture look-ups",
         count: |stats| shaded_without(stats, "textures"),
         change: |_| (),
+        off: &[],
     },
     Case {
         skip: "horizons",
@@ -59,6 +63,7 @@ const CASES: [Case; 6] = [
         counted: "samples without clipping",
         count: |stats| shaded_without(stats, "horizons"),
         change: |_| (),
+        off: &[],
     },
     Case {
         skip: "behind",
@@ -68,6 +73,7 @@ const CASES: [Case; 6] = [
         counted: "integrals of tiles behind a light",
         count: |stats| lights(stats, |l| l.behind_tile),
         change: signs,
+        off: &["clusters"],
     },
     Case {
         skip: "below-horizon",
@@ -80,6 +86,7 @@ const CASES: [Case; 6] = [
             signs(scene);
             scene.triangles.extend(plane(DVec3::new(0.0, 1.0, 0.0), DVec3::Y, [6.0, 6.0], 1.0, 0));
         },
+        off: &["clusters"],
     },
     Case {
         skip: "under-tolerance",
@@ -92,6 +99,17 @@ const CASES: [Case; 6] = [
             signs(scene);
             scene.lights.iter_mut().flat_map(|l| &mut l.layers).for_each(|layer| layer.radiance *= 0.2);
         },
+        off: &["clusters"],
+    },
+    Case {
+        skip: "clusters",
+        about: "48 signs, most of them far from any place of the floor",
+        trial: Trial::Glyph,
+        finish: Finish::Gloss(0.25),
+        counted: "integrals that a cluster stood for",
+        count: |stats| lights(stats, |l| l.clustered),
+        change: signs,
+        off: &[],
     },
 ];
 
@@ -123,9 +141,11 @@ pub fn measure(bencher: &Bencher, backends: &[On], side: u32, repeats: u32) -> R
     for case in &CASES {
         let mut scene = scene(case.trial.layers()?, case.finish);
         (case.change)(&mut scene);
-        let skip: SkipName = case.skip.parse().map_err(Error::Usage)?;
-        let on = Settings { width: side, height: side, samples: 1, tolerance: TOLERANCE, ..Settings::default() };
-        let off = Settings { skips: Skips::without(&[skip]), ..on };
+        let names = case.off.iter().copied().chain([case.skip]).map(str::parse);
+        let names = names.collect::<Result<Vec<SkipName>, _>>().map_err(Error::Usage)?;
+        let skips = Skips::without(&names[..case.off.len()]);
+        let on = Settings { width: side, height: side, samples: 1, tolerance: TOLERANCE, skips, ..Settings::default() };
+        let off = Settings { skips: Skips::without(&names), ..on };
         for &backend in backends {
             bencher.say(format_args!("skip {}, {backend}", case.skip));
             let render = |settings| bencher.render(backend, &scene, settings);

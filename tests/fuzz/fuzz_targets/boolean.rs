@@ -113,7 +113,7 @@ fuzz_target!(init: abort_on_our_panics(), |data: &[u8]| {
         let scaled = kurbo::Affine::scale(*scale) * path.clone();
         for rule in [FillRule::NonZero, FillRule::EvenOdd] {
             let Ok(shape) = overlap::resolve(&scaled, rule) else { continue };
-            check_shape(&shape);
+            check_shape(&shape, path.control_box().width().max(path.control_box().height()) * scale);
             check_inside(path, *scale, rule, &shape);
             regions.push(shape);
         }
@@ -124,16 +124,16 @@ fuzz_target!(init: abort_on_our_panics(), |data: &[u8]| {
     let near = |x: f64, y: f64| assert!((x - y).abs() <= 1e-4 * extent * extent, "areas {x} and {y} of extent {extent}");
     let both = overlap::intersection(a, b);
     if let Ok(both) = &both {
-        check_shape(both);
+        check_shape(both, extent);
     }
     if let Ok(either) = overlap::union(a, b) {
-        check_shape(&either);
+        check_shape(&either, extent);
         if let Ok(both) = &both {
             near(either.area() + both.area(), a.area() + b.area());
         }
     }
     if let Ok(rest) = overlap::difference(a, b) {
-        check_shape(&rest);
+        check_shape(&rest, extent);
         if let Ok(both) = &both {
             near(rest.area() + both.area(), a.area());
         }

@@ -17,7 +17,7 @@ fuzz_target!(init: abort_on_our_panics(), |data: &[u8]| {
     let letter_spacing = if place % 2 == 0 { 0.0 } else { 0.1 };
     let style = TextStyle { axes, letter_spacing, ..TextStyle::default() };
     let Ok(text) = layout(&String::from_utf8_lossy(text), &[font], &style) else { return };
-    check_shape(&text.shape);
+    check_shape(&text.shape, 1.0);
     assert!(text.glyphs.iter().all(|g| g.origin.is_finite()));
     assert!(text.lines.iter().all(|l| l.left.is_finite() && l.right.is_finite() && l.baseline.is_finite()));
 });

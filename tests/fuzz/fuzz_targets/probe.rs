@@ -21,7 +21,7 @@ fuzz_target!(init: abort_on_our_panics(), |data: &[u8]| {
         }
     }
     let Ok(region) = overlap::resolve(&bez_path(&case.shape), FillRule::NonZero) else { return };
-    check_shape(&region);
+    check_shape(&region, case.shape.bounds().size().max_element());
     for technique in &TECHNIQUES[..2] {
         if let Some(value) = integral(&region, case.images, technique) {
             assert!((0.0..=1.001).contains(&value), "{technique}: {value}");

@@ -21,7 +21,7 @@ fuzz_target!(init: abort_on_our_panics(), |data: &str| {
     let folder = Folder::bundled(FILES);
     let Ok(loaded) = parse(data.to_owned(), Path::new("fuzzed.toml"), &folder) else { return };
     for layer in loaded.scene.lights.iter().flat_map(|light| &light.layers) {
-        check_shape(&layer.shape);
+        check_shape(&layer.shape, 0.0);
         assert!(layer.radiance.is_finite() && layer.radiance.min_element() >= 0.0, "radiance {}", layer.radiance);
     }
     let settings = Settings { width: 4, height: 3, samples: 1, ..Settings::default() };

@@ -12,7 +12,7 @@ fuzz_target!(init: abort_on_our_panics(), |data: &[u8]| {
     let options = SvgOptions { size: 1.0, fonts: vec![letters], font_family: "Letters".into() };
     let Ok(art) = svg(data, "fuzzed.svg", &options) else { return };
     for layer in &art.layers {
-        check_shape(&layer.shape);
+        check_shape(&layer.shape, 1.0);
         let bounds = layer.shape.extent();
         let half = art.size * (0.5 + 1e-5);
         assert!(bounds.min.cmpge(-half).all() && bounds.max.cmple(half).all(), "{}: beyond the frame", layer.element);
