@@ -95,6 +95,7 @@ use super::{Material, Motion, Scene};
 pub use error::{Place, ResourceError, SceneError};
 use glam::{DAffine3, DMat3, DVec3};
 use material::Textures;
+use motion::Moving;
 use std::path::Path;
 use table::{Document, Limit, Table, Value};
 
@@ -193,7 +194,7 @@ fn scene(root: &Table<'_>, folder: &Folder) -> Result<Loaded, SceneError> {
     Ok(builder.finish())
 }
 
-fn camera(table: &Table<'_>) -> Result<(Camera, Option<(CameraMotion, [f64; 2])>), SceneError> {
+fn camera(table: &Table<'_>) -> Result<(Camera, Moving<CameraMotion>), SceneError> {
     table.only(&[&["position", "look_at", "up", "fov_y"], &motion::KEYS[..]].concat())?;
     let position = table.require("position", "the eye point, [x, y, z]")?.vec3(&COORDINATE)?;
     let target = table.require("look_at", "the point in the middle of the picture, [x, y, z]")?;
