@@ -1,14 +1,12 @@
 //! The affine map from a light's plane to cosine space. Twin: `shaders/map.wgsl`.
 
-use super::lanes::{Doubles, Lanes, Mask, Real, Vector};
+use super::lanes::{Doubles, Lanes, Real, Vector};
 use core::fmt::Debug;
 use core::ops::{Add, Mul, Sub};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// How far outside the tree's square \[−1, 1\]² the origin of the map may lie.
 pub const FOOT_LIMIT: f64 = 1.5;
-/// Least distance from the light's plane over its half-width, in cosine space: 1/|p|⁴ must stay within f32.
-const TOUCHING: f64 = 1e-9;
 /// Distance from the light's plane over its half-width, in cosine space, below which coordinates need their low
 /// parts: rounding by 2⁻²⁵ turns an edge by 2⁻²⁵/CLOSE of a radian.
 const CLOSE: f32 = 1.0 / 256.0;
@@ -187,7 +185,7 @@ impl<L: Lanes> CosineMap<L> {
     /// Formed in f64 and rounded once: where an edge runs through a narrow lobe's axis, a map formed in f32
     /// moves the integral by up to 1e-3. There is none where the point lies in the light's plane (D = 0; the sign is
     /// exact, by adaptive arithmetic), or where an image is not finite or the plane is seen as a line. A point nearer to the
-    /// plane than 1e-9 of the light's half-width is taken for one that far from it.
+    /// plane than [`Lanes::TOUCHING`] of the light's half-width is taken for one that far from it.
     #[inline(always)]
     pub fn of<D: Doubles<Narrow = L, Mask = L::Mask>>(c: [D::Vec3; 3], center: DVec2, half: f64) -> (Self, L::Mask) {
         let [x, y, origin] = c;
@@ -210,15 +208,14 @@ impl<L: Lanes> CosineMap<L> {
         let near = |v: D| v.max(constant(-FOOT_LIMIT)).min(constant(FOOT_LIMIT)).narrow();
         let (foot_x, foot_y) = (near(foot[0]), near(foot[1]));
         let at = [D::widen(foot_x) * half + constant(center.x), D::widen(foot_y) * half + constant(center.y)];
-        let (mut c2, mut depth) = (origin + x * at[0] + y * at[1], depth);
         let reach = g00.max(g11) * square;
-        let touching = (reach * (TOUCHING * TOUCHING)).above(depth * depth);
-        if touching.any() {
-            let least = D::select(touching, reach.sqrt() * TOUCHING, depth.abs());
-            let lifted = D::select(depth.is_positive(), least, -least);
-            c2 = c2 - normal * ((lifted - depth) / square);
-            depth = lifted;
-        }
+        let touching = (reach * (L::TOUCHING * L::TOUCHING)).above(depth * depth);
+        let lifted = reach.sqrt() * L::TOUCHING;
+        let lifted = D::select(depth.is_positive(), lifted, -lifted);
+        let depth = D::select(touching, lifted, depth);
+        // Across the plane the foot's image is what D says: near contact the sum for it cancels, and D has all its digits.
+        let c2 = origin + x * at[0] + y * at[1];
+        let c2 = c2 - normal * ((depth + normal.dot(c2)) / square);
         let map = Self {
             foot: PlanePoint::of(foot_x, foot_y),
             c0: narrow::<D>(c0),
