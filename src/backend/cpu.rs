@@ -5,9 +5,14 @@ use super::emitter::{Emitter, Skip};
 use super::gather::Images;
 use super::packets::{PointPacket, Question, tree_of};
 use super::prepared::Prepared;
+use super::stage::{Ready, Reuse, Stage};
 use super::surfaces::Surfaces;
 use super::tile::{LightList, Listed, SIDE, TilePoints};
-use super::{Backend, BackendError, Counters, Rendering, Settings, Shaded, Stats, Stopwatch, Technique, reference};
+use super::visibility::SeenRows;
+use super::{
+    Backend, BackendError, Counters, Rendering, Session, Settings, Shaded, Stats, Stopwatch, Technique, TreeMemory,
+    reference,
+};
 use crate::brdf::ltc::{Lobe, Table};
 use crate::kernel::cluster::{ClusterSums, ListedCluster, Receiver};
 use crate::kernel::frame::ShadingFrame;
@@ -15,7 +20,7 @@ use crate::kernel::packet::{MAX_LANES, Processor};
 use crate::kernel::reflect::Reflectance;
 use crate::kernel::surface::surface_point;
 use crate::light::tree::Tree;
-use crate::scene::Scene;
+use crate::scene::{Motion, Scene};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -24,26 +29,46 @@ use rayon::prelude::*;
 pub struct CpuBackend;
 
 impl Backend for CpuBackend {
-    fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError> {
+    fn begin<'a>(
+        &'a self,
+        scene: &'a Scene,
+        motion: &'a Motion,
+        settings: &Settings,
+    ) -> Result<Box<dyn Session + 'a>, BackendError> {
+        Ok(Box::new(CpuSession { stage: Stage::new(scene, motion, *settings) }))
+    }
+}
+
+/// A sequence of pictures on the processor.
+struct CpuSession<'a> {
+    stage: Stage<'a>,
+}
+
+impl Session for CpuSession<'_> {
+    fn frame(&mut self, time: f64) -> Result<Rendering, BackendError> {
+        let settings = &self.stage.settings().clone();
         if let Technique::Reference(sampling) = &settings.technique {
-            return reference::render(scene, settings, sampling, &|_, _| ());
+            return reference::render_stage(&mut self.stage, time, sampling, &|_, _| ());
         }
         let mut watch = Stopwatch::default();
-        let prepared = Prepared::new(scene, settings)?;
-        watch.lap("trees");
-        let surfaces = Surfaces::new(&prepared);
-        watch.lap("surfaces");
+        let mut reuse = Reuse::default();
+        let (scene, ready) = self.stage.at(time, &mut watch, &mut reuse)?;
+        let Ready { prepared, surfaces, visibility } = ready;
+        let (prepared, surfaces) = (&*prepared, &*surfaces);
+        reuse.count("what the camera sees", visibility.is_known());
         let processor = Processor::default();
         let width = settings.width as usize;
         let mut pixels = vec![Shaded::default(); width * settings.height as usize];
         let mut counters = pixels
             .par_chunks_mut(width * SIDE as usize)
+            .zip(visibility.rows(settings))
             .zip((0..settings.height).into_par_iter().step_by(SIDE as usize))
-            .map(|(rows, y)| {
+            .map(|((rows, seen), y)| {
                 let mut shader = Shader {
-                    prepared: &prepared,
-                    surfaces: &surfaces,
+                    prepared,
+                    surfaces,
                     settings,
+                    seen,
                     processor,
                     list: LightList::default(),
                     points: Vec::new(),
@@ -51,17 +76,18 @@ impl Backend for CpuBackend {
                     counters: Counters::new(scene),
                 };
                 for x in (0..settings.width).step_by(SIDE as usize) {
-                    for &offset in &prepared.offsets {
-                        shader.shade_tile(rows, [x, y], offset);
+                    for sample in 0..prepared.offsets.len() {
+                        shader.shade_tile(rows, [x, y], sample);
                     }
                 }
                 rows.iter_mut().for_each(|pixel| pixel.scale(1.0 / settings.samples as f32));
                 shader.counters
             })
             .reduce(|| Counters::new(scene), Counters::plus);
-        counters.count_clustered(&prepared);
+        visibility.complete();
+        counters.count_clustered(prepared);
         watch.lap("shading");
-        let film = super::compose(scene, &prepared, &surfaces, settings, &pixels);
+        let film = super::compose(scene, prepared, surfaces, settings, &pixels);
         watch.lap("lights in view");
         let stats = Stats {
             backend: "cpu".into(),
@@ -74,6 +100,8 @@ impl Backend for CpuBackend {
             left_out: prepared.features.left_out(),
             clusters: counters.clusters,
             lights: counters.lights,
+            memory: TreeMemory::of(&prepared.emitters),
+            reused: reuse.finish(),
         };
         Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })
     }
@@ -82,8 +110,10 @@ impl Backend for CpuBackend {
 /// Shades tiles.
 struct Shader<'a> {
     prepared: &'a Prepared,
-    surfaces: &'a Surfaces<'a>,
+    surfaces: &'a Surfaces,
     settings: &'a Settings,
+    /// What the camera sees in the rows of the tile.
+    seen: SeenRows<'a>,
     processor: Processor,
     list: LightList,
     points: Vec<TilePoint>,
@@ -132,8 +162,8 @@ const BLOCK: u32 = 4;
 
 impl Shader<'_> {
     /// Adds one sample of every pixel of the tile at `first` to `rows`, which begin at its upper edge.
-    fn shade_tile(&mut self, rows: &mut [Shaded], first: [u32; 2], offset: [f32; 2]) {
-        let tile = self.find_points(rows.len() / self.settings.width as usize, first, offset);
+    fn shade_tile(&mut self, rows: &mut [Shaded], first: [u32; 2], sample: usize) {
+        let tile = self.find_points(rows.len() / self.settings.width as usize, first, sample);
         if tile.count == 0 {
             return;
         }
@@ -167,8 +197,9 @@ impl Shader<'_> {
     }
 
     /// Finds what the camera sees in a tile of that many rows.
-    fn find_points(&mut self, height: usize, [x0, y0]: [u32; 2], offset: [f32; 2]) -> TilePoints {
+    fn find_points(&mut self, height: usize, [x0, y0]: [u32; 2], sample: usize) -> TilePoints {
         let (prepared, settings) = (self.prepared, self.settings);
+        let offset = prepared.offsets[sample];
         let (width, height) = (SIDE.min(settings.width - x0), height as u32);
         let mut tile = TilePoints::NONE;
         self.points.clear();
@@ -182,7 +213,10 @@ impl Shader<'_> {
                 continue;
             }
             let direction = settings.direction(&prepared.rays, x0 + x, y0 + y, offset);
-            let Some((index, hit)) = self.surfaces.nearest(direction) else { continue };
+            let pixel = y as usize * settings.width as usize + (x0 + x) as usize;
+            let nearest = || self.surfaces.nearest(&prepared.triangles, direction);
+            let found = self.seen.get(pixel * prepared.offsets.len() + sample, nearest);
+            let Some((index, hit)) = found else { continue };
             let triangle = &prepared.triangles[index];
             let (materials, textures, rays) = (&prepared.materials, prepared.textures(), &prepared.rays);
             let point = surface_point(triangle, materials, &textures, rays, direction, hit);
@@ -197,7 +231,6 @@ impl Shader<'_> {
             if let Some(packet) = self.packets.last_mut() {
                 packet.push(position, &frame, &reflectance.lobe);
             }
-            let pixel = y as usize * settings.width as usize + (x0 + x) as usize;
             self.points.push(TilePoint { pixel, position, frame, reflectance, sums: [Vec3::ZERO; 2], parts: 0 });
         }
         tile

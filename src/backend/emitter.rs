@@ -1,6 +1,7 @@
 //! [`Emitter`]: an emission as the technique at hand reads it.
 
 use super::reference::region::Region;
+use super::stage::{Changes, LightChange, Reuse};
 use super::technique::{Basis, Sampling};
 use super::{BackendError, Technique};
 use crate::kernel::curve::Curve;
@@ -19,6 +20,8 @@ use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::shape::{Bounds, Shape};
 use glam::{DAffine2, DVec2, DVec3, Vec3};
+use rayon::prelude::*;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// One emission of one light, ready for one technique. For `quad` it is the whole light, its layers one picture.
@@ -160,13 +163,63 @@ fn solid(form: Form, shape: &Shape, square: Square) -> Solid {
     }
 }
 
+/// What one emitter is made of: a face of the light of that index, or layers to be taken together.
+enum Part<'a> {
+    Face(usize, Face),
+    Quad(usize, Cow<'a, [Layer]>, Placement, Facing, u32),
+}
+
+impl Part<'_> {
+    /// The emitter. What it is in light space is taken from `known`, if that is still right.
+    fn emitter(
+        self,
+        scene: &Scene,
+        technique: &Technique,
+        known: Option<(Emitter, LightChange)>,
+    ) -> (bool, Result<Emitter, BackendError>) {
+        match (self, known) {
+            (Self::Face(index, face), Some((known, _))) if known.is_right(&face.placement, technique) => {
+                (true, Ok(known.moved(scene, index, &face)))
+            }
+            (Self::Quad(.., placement, _, _), Some((mut known, change))) if !change.radiance => {
+                known.placement = relative(placement, scene);
+                (true, Ok(known))
+            }
+            (Self::Face(index, face), _) => (false, Emitter::new(scene, index, face, technique)),
+            (Self::Quad(index, layers, placement, facing, mask), _) => {
+                (false, Emitter::quad(scene, index, &layers, placement, facing, mask))
+            }
+        }
+    }
+}
+
+/// A placement relative to the camera.
+fn relative(mut placement: Placement, scene: &Scene) -> Placement {
+    placement.origin -= scene.camera.position;
+    placement
+}
+
 impl Emitter {
+    /// Whether it is in light space what it would be with another placement.
+    fn is_right(&self, placement: &Placement, technique: &Technique) -> bool {
+        // Petryaev's distances are measured in the world's proportions.
+        let sides = |p: &Placement| [p.x.length(), p.y.length()];
+        !matches!(technique, Technique::Pal { .. }) || sides(placement) == sides(&self.placement)
+    }
+
+    /// The same face with another placement and radiance.
+    fn moved(self, scene: &Scene, index: usize, face: &Face) -> Self {
+        let peak = self.colors.as_ref().map_or(Vec3::ONE, |c| c.peak);
+        let radiance = face.layer.radiance.as_vec3() * peak;
+        Self { light: index, placement: relative(face.placement, scene), radiance, ..self }
+    }
+
     fn new(scene: &Scene, index: usize, face: Face, technique: &Technique) -> Result<Self, BackendError> {
         let light: &AreaLight = &scene.lights[index];
-        let Face { layer, mut placement, facing } = face;
+        let Face { layer, placement, facing } = face;
         let named = |source| BackendError::Light { light: light.name.clone(), source };
         let bounds = light.layers.iter().map(|l| l.shape.bounds()).fold(Bounds::EMPTY, Bounds::union);
-        placement.origin -= scene.camera.position;
+        let placement = relative(placement, scene);
         let square = Square::around(layer.shape.bounds()).ok_or_else(|| named(TreeError::NoArea))?;
         let whole = Whole { form: light.form, placement, extent: bounds.size().max_element() };
         let geometry = Geometry::new(&layer, &whole, technique).map_err(named)?;
@@ -195,13 +248,13 @@ impl Emitter {
         scene: &Scene,
         index: usize,
         layers: &[Layer],
-        mut placement: Placement,
+        placement: Placement,
         facing: Facing,
         mask: u32,
     ) -> Result<Self, BackendError> {
         let light: &AreaLight = &scene.lights[index];
         let none = || BackendError::Light { light: light.name.clone(), source: TreeError::NoArea };
-        placement.origin -= scene.camera.position;
+        let placement = relative(placement, scene);
         let picture = light_picture(layers, mask).ok_or_else(none)?;
         let (low, high) = (picture.low, picture.high);
         let square = Square::around(Bounds { min: low, max: high }).ok_or_else(none)?;
@@ -272,17 +325,52 @@ fn colors(shape: &Shape, picture: &Picture, square: &Square) -> Option<Arc<Prefi
 /// The emitters of all lights, relative to the camera: one for each layer of a flat light, or for all of them together (`quad`);
 /// one or more for a body, its round surface first.
 pub fn emitters(scene: &Scene, technique: &Technique) -> Result<Vec<Emitter>, BackendError> {
-    let of_light = |(index, light): (usize, &AreaLight)| -> Vec<Result<Emitter, BackendError>> {
+    emitters_after(scene, technique, Vec::new(), None, &mut Reuse::default())
+}
+
+/// As [`emitters`]. `known` are those before the `changes`, or none.
+pub fn emitters_after(
+    scene: &Scene,
+    technique: &Technique,
+    known: Vec<Emitter>,
+    changes: Option<&Changes>,
+    reuse: &mut Reuse,
+) -> Result<Vec<Emitter>, BackendError> {
+    let parts = parts(scene, technique);
+    let change = |e: &Emitter| changes.map_or_else(LightChange::default, |c| c.lights[e.light]);
+    let known = known.into_iter().map(|e| Some((change(&e), e)));
+    let known: Vec<_> = known.chain(core::iter::repeat_with(|| None)).take(parts.len()).collect();
+    let made: Vec<_> = parts
+        .into_par_iter()
+        .zip(known)
+        .map(|(part, known)| part.emitter(scene, technique, known.map(|(change, emitter)| (emitter, change))))
+        .collect();
+    let counted = |(is_reused, emitter): (bool, Result<Emitter, BackendError>)| {
+        let emitter = emitter?;
+        let what = match emitter.geometry {
+            Geometry::Tree(_) | Geometry::Mosaic(_) => "trees",
+            _ => "regions",
+        };
+        reuse.count(what, is_reused);
+        Ok(emitter)
+    };
+    made.into_iter().map(counted).collect()
+}
+
+/// What the emitters are made of.
+fn parts<'a>(scene: &'a Scene, technique: &Technique) -> Vec<Part<'a>> {
+    let of_light = |(index, light): (usize, &'a AreaLight)| -> Vec<Part<'a>> {
         let whole = technique.takes_bodies_whole();
         let faces = || light.layers.iter().flat_map(|layer| faces(light, layer, whole));
         match *technique {
             Technique::Quad { mask } if light.form.is_body() => {
-                faces().map(|f| Emitter::quad(scene, index, &[f.layer], f.placement, f.facing, mask)).collect()
+                let part = |f: Face| Part::Quad(index, Cow::Owned(vec![f.layer]), f.placement, f.facing, mask);
+                faces().map(part).collect()
             }
             Technique::Quad { mask } if !light.layers.is_empty() => {
-                vec![Emitter::quad(scene, index, &light.layers, light.placement, Facing::Fixed, mask)]
+                vec![Part::Quad(index, Cow::Borrowed(&light.layers), light.placement, Facing::Fixed, mask)]
             }
-            _ => faces().map(|face| Emitter::new(scene, index, face, technique)).collect(),
+            _ => faces().map(|face| Part::Face(index, face)).collect(),
         }
     };
     scene.lights.iter().enumerate().flat_map(of_light).collect()

@@ -13,9 +13,11 @@ mod tiles;
 
 use super::features::Features;
 use super::prepared::Prepared;
-use super::surfaces::Surfaces;
-use super::{Backend, BackendError, ClusterStats, LightStats, Rendering, Settings, Shaded, Stats, Stopwatch};
-use crate::scene::Scene;
+use super::stage::{Ready, Reuse, Stage};
+use super::{
+    Backend, BackendError, ClusterStats, LightStats, Rendering, Session, Settings, Shaded, Stats, Stopwatch, TreeMemory,
+};
+use crate::scene::{Motion, Scene};
 use boxes::Boxes;
 use buffers::{Readback, SceneBuffers, storage, target};
 use device::Device;
@@ -67,12 +69,13 @@ impl GpuBackend {
         &self.device.name
     }
 
-    /// Compiled once per combination of features.
-    fn pipelines(&self, features: Features) -> Result<Pipelines, BackendError> {
+    /// Compiled once per combination of features; and whether they were compiled before.
+    fn pipelines(&self, features: Features) -> Result<(Pipelines, bool), BackendError> {
         let mut known = self.pipelines.lock().map_err(|e| BackendError::Device(e.to_string()))?;
+        let are_known = known.contains_key(&features);
         let pipelines = known.entry(features).or_insert_with(|| self.layouts.pipelines(&self.device, features)).clone();
         self.device.check()?;
-        Ok(pipelines)
+        Ok((pipelines, are_known))
     }
 
     /// The light meter: both integrals of single emissions at `points`, by the shaders that shade pictures.
@@ -108,19 +111,38 @@ impl GpuBackend {
 }
 
 impl Backend for GpuBackend {
-    fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError> {
+    fn begin<'a>(
+        &'a self,
+        scene: &'a Scene,
+        motion: &'a Motion,
+        settings: &Settings,
+    ) -> Result<Box<dyn Session + 'a>, BackendError> {
         if settings.technique.is_cpu_only() {
             return Err(BackendError::CpuOnly(settings.technique.name()));
         }
+        Ok(Box::new(GpuSession { backend: self, stage: Stage::new(scene, motion, *settings) }))
+    }
+}
+
+/// A sequence of pictures on a GPU.
+struct GpuSession<'a> {
+    backend: &'a GpuBackend,
+    stage: Stage<'a>,
+}
+
+impl Session for GpuSession<'_> {
+    fn frame(&mut self, time: f64) -> Result<Rendering, BackendError> {
+        let Self { backend, stage } = self;
+        let settings = &stage.settings().clone();
         let mut watch = Stopwatch::default();
-        let prepared = Prepared::new(scene, settings)?;
-        watch.lap("trees");
-        let surfaces = Surfaces::new(&prepared);
+        let mut reuse = Reuse::default();
+        let (scene, Ready { prepared, surfaces, .. }) = stage.at(time, &mut watch, &mut reuse)?;
         let boxes = Boxes::new(&prepared.triangles);
-        watch.lap("surfaces");
-        let pipelines = self.pipelines(prepared.features)?;
+        watch.lap("boxes");
+        let (pipelines, are_known) = backend.pipelines(prepared.features)?;
+        reuse.count("pipelines", are_known);
         watch.lap("pipelines");
-        let buffers = SceneBuffers::new(&self.device, Some(&prepared), &boxes, &Emitters::new(&prepared.emitters))?;
+        let buffers = SceneBuffers::new(&backend.device, Some(prepared), &boxes, &Emitters::new(&prepared.emitters))?;
         let picture = UVec2::new(settings.width, settings.height);
         let frame = Frame {
             rays: prepared.rays,
@@ -136,8 +158,8 @@ impl Backend for GpuBackend {
         };
         let counters = u64::from(SKIP_ROWS) * (scene.lights.len() as u64 + 1) * SKIP_REASONS as u64;
         let triangles = prepared.triangles.len() as u32;
-        let painter = Painter::new(&self.device, &self.layouts, pipelines, buffers, &frame, triangles, counters)?;
-        self.device.wait()?;
+        let painter = Painter::new(&backend.device, &backend.layouts, pipelines, buffers, &frame, triangles, counters)?;
+        backend.device.wait()?;
         watch.lap("upload");
         let mut pixels = vec![Shaded::default(); settings.width as usize * settings.height as usize];
         let (mut shaded, mut nodes) = (0, 0);
@@ -158,14 +180,14 @@ impl Backend for GpuBackend {
         }
         let skips = painter.skips()?;
         watch.lap("shading");
-        let film = super::compose(scene, &prepared, &surfaces, settings, &pixels);
+        let film = super::compose(scene, prepared, surfaces, settings, &pixels);
         watch.lap("lights in view");
-        let lights = light_stats(scene, &prepared, shaded, &skips);
+        let lights = light_stats(scene, prepared, shaded, &skips);
         let skipped: u64 = lights.iter().map(LightStats::skipped).sum();
         let candidates: u64 = lights.iter().map(|l| l.candidates).sum();
         let stats = Stats {
             backend: "gpu".into(),
-            device: self.device.name.clone(),
+            device: backend.device.name.clone(),
             technique: settings.technique.to_string(),
             stages: watch.laps,
             shaded,
@@ -174,6 +196,8 @@ impl Backend for GpuBackend {
             left_out: prepared.features.left_out(),
             clusters: cluster_stats(scene, &skips),
             lights,
+            memory: TreeMemory::of(&prepared.emitters),
+            reused: reuse.finish(),
         };
         Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })
     }

@@ -15,14 +15,17 @@ pub mod reference;
 mod sight;
 mod silhouette;
 pub mod skips;
+pub mod stage;
 mod surfaces;
 pub mod technique;
 pub mod tile;
 mod uncut;
+mod visibility;
 
 use crate::film::Film;
 use crate::kernel::surface::Rays;
-use crate::scene::Scene;
+use crate::scene::{Motion, Scene};
+use emitter::{Emitter, Geometry};
 use glam::Vec3;
 use prepared::Prepared;
 pub use skips::Skips;
@@ -84,6 +87,75 @@ pub struct Stats {
     pub clusters: ClusterStats,
     /// Per light: its name and how many integrals were skipped, by reason.
     pub lights: Vec<LightStats>,
+    /// What the trees take.
+    pub memory: TreeMemory,
+    /// What was reused from the frames before.
+    pub reused: Vec<Reused>,
+}
+
+/// What the trees of a scene take.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct TreeMemory {
+    /// Curves of the outlines that they were built from, cubics and lines.
+    pub curves: u64,
+    /// Bytes of the trees.
+    pub bytes: u64,
+}
+
+impl TreeMemory {
+    /// Of the emitters that have one.
+    fn of(emitters: &[Emitter]) -> Self {
+        emitters.iter().fold(Self::default(), |sum, emitter| {
+            let bytes = match &emitter.geometry {
+                Geometry::Tree(tree) => tree.bytes(),
+                Geometry::Mosaic(mosaic) => mosaic.bytes(),
+                _ => return sum,
+            };
+            let curves = emitter.shape.curves().count() as u64;
+            Self { curves: sum.curves + curves, bytes: sum.bytes + bytes as u64 }
+        })
+    }
+
+    /// Bytes for each curve; `None` without trees.
+    pub fn per_curve(&self) -> Option<f64> {
+        (self.curves > 0).then(|| self.bytes as f64 / self.curves as f64)
+    }
+}
+
+/// Something that pictures are made with, and that a frame of a sequence may take over from the one before.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Reused {
+    /// What it is.
+    pub what: String,
+    /// How often it was there already.
+    pub reused: u64,
+    /// How often it was made.
+    pub made: u64,
+}
+
+impl Stats {
+    /// Adds another frame of the same sequence: its times and its counts.
+    pub fn add(&mut self, frame: &Self) {
+        for (stage, seconds) in &frame.stages {
+            match self.stages.iter_mut().find(|(name, _)| name == stage) {
+                Some((_, sum)) => *sum += seconds,
+                None => self.stages.push((stage.clone(), *seconds)),
+            }
+        }
+        self.shaded += frame.shaded;
+        self.integrals += frame.integrals;
+        self.nodes += frame.nodes;
+        // Left out of the sequence is what is left out of every frame.
+        self.left_out.retain(|part| frame.left_out.contains(part));
+        self.clusters = self.clusters.plus(frame.clusters);
+        for (sum, light) in self.lights.iter_mut().zip(&frame.lights) {
+            sum.add(light);
+        }
+        for (sum, reused) in self.reused.iter_mut().zip(&frame.reused) {
+            sum.reused += reused.reused;
+            sum.made += reused.made;
+        }
+    }
 }
 
 /// What clusters of lights have cost.
@@ -231,9 +303,37 @@ pub enum BackendError {
 
 /// Something that can render a scene.
 pub trait Backend {
+    /// Begins a sequence of pictures of a scene in motion. Nothing is computed yet.
+    ///
+    /// # Errors
+    /// [`BackendError::CpuOnly`].
+    fn begin<'a>(
+        &'a self,
+        scene: &'a Scene,
+        motion: &'a Motion,
+        settings: &Settings,
+    ) -> Result<Box<dyn Session + 'a>, BackendError>;
+
     /// Renders `scene`. `stats` are complete even where nothing was shaded.
-    fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError>;
+    ///
+    /// # Errors
+    /// What is wrong with the settings, the scene or the device.
+    fn render(&self, scene: &Scene, settings: &Settings) -> Result<Rendering, BackendError> {
+        self.begin(scene, &STILL, settings)?.frame(0.0)
+    }
 }
+
+/// A sequence of pictures, of which each takes over from the one before what has not changed.
+pub trait Session {
+    /// Renders the scene as it is at `time`, seconds: to the byte what [`Backend::render`] makes of it after [`Motion::set`].
+    ///
+    /// # Errors
+    /// As [`Backend::render`].
+    fn frame(&mut self, time: f64) -> Result<Rendering, BackendError>;
+}
+
+/// Of a single picture.
+static STILL: Motion = Motion::STILL;
 
 /// The default technique at the command's size and tolerance.
 impl Default for Settings {
@@ -366,13 +466,7 @@ impl Counters {
 }
 
 /// Lays the lights over the shaded surfaces and the background.
-fn compose(
-    scene: &Scene,
-    prepared: &Prepared,
-    surfaces: &Surfaces<'_>,
-    settings: &Settings,
-    pixels: &[Shaded],
-) -> Film {
+fn compose(scene: &Scene, prepared: &Prepared, surfaces: &Surfaces, settings: &Settings, pixels: &[Shaded]) -> Film {
     let sight = sight::see(prepared, surfaces, settings);
     let background = Vec3::from_array(scene.background);
     let mut film = Film::new(settings.width, settings.height);

@@ -1,8 +1,9 @@
 //! A scene made ready for shading: flat arrays, relative to the camera, that both backends read.
 
 use super::clusters::Clustered;
-use super::emitter::{Emitter, emitters, layers};
+use super::emitter::{Emitter, emitters_after, layers};
 use super::features::Features;
+use super::stage::{Changes, Reuse};
 use super::tile::light_box;
 use super::{BackendError, Horizons, Settings, Technique};
 use crate::brdf::ltc::{Lobe, Table};
@@ -11,6 +12,7 @@ use crate::kernel::surface::{NO_TEXTURE, Rays, SurfaceMaterial, SurfaceTexture, 
 use crate::kernel::tile::{CLUSTERED, LightBox};
 use crate::scene::{Material, Scene, Texture, Triangle};
 use glam::{DVec3, Vec3, Vec4};
+use rayon::prelude::*;
 
 /// The scene as the backends read it. Positions are relative to `eye`.
 #[derive(Clone, Debug)]
@@ -51,6 +53,17 @@ const FARTHEST: f64 = 1e16;
 impl Prepared {
     /// Prepares `scene` for a picture, the lights for its technique.
     pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, BackendError> {
+        Self::renewed(scene, settings, None, &mut Reuse::default())
+    }
+
+    /// As [`Prepared::new`], from what was prepared for the picture before, of the same settings and of a scene with those
+    /// `Changes` to this one.
+    pub fn renewed(
+        scene: &Scene,
+        settings: &Settings,
+        known: Option<(Self, &Changes)>,
+        reuse: &mut Reuse,
+    ) -> Result<Self, BackendError> {
         settings.check()?;
         let Settings { width, height, samples, .. } = *settings;
         let frame = scene.camera.frame(f64::from(width) / f64::from(height));
@@ -66,17 +79,31 @@ impl Prepared {
             return Err(BackendError::Picture { light: light.name.clone() });
         }
         let eye = scene.camera.position;
-        for (triangle, vertex) in scene.triangles.iter().enumerate().flat_map(|(i, t)| t.vertices.map(|v| (i, v))) {
-            let position = vertex.position;
-            if !(0.0..=FARTHEST).contains(&(position - eye).abs().max_element()) {
-                return Err(BackendError::Far { triangle, position, limit: FARTHEST });
+        let (known, changes) = known.unzip();
+        let (known, known_emitters) = match known {
+            Some(mut known) => {
+                let emitters = core::mem::take(&mut known.emitters);
+                (Some(known), emitters)
             }
-        }
-        let (textures, texels) = pack_textures(&scene.textures);
-        let materials: Vec<_> = scene.materials.iter().map(pack_material).collect();
-        let emitters = emitters(scene, &settings.technique)?;
+            None => (None, Vec::new()),
+        };
+        reuse.count("textures", known.is_some());
+        let (triangles, materials, textures, texels) = match known {
+            Some(known) => {
+                let triangles = (!changes.is_some_and(|c| c.eye)).then_some(known.triangles);
+                (triangles, known.materials, known.textures, known.texels)
+            }
+            None => {
+                let (textures, texels) = pack_textures(&scene.textures);
+                (None, scene.materials.iter().map(pack_material).collect(), textures, texels)
+            }
+        };
+        let triangles = match triangles {
+            Some(triangles) => triangles,
+            None => pack_triangles(scene)?,
+        };
+        let emitters = emitters_after(scene, &settings.technique, known_emitters, changes, reuse)?;
         let horizons = settings.horizons();
-        let triangles: Vec<_> = scene.triangles.iter().map(|t| pack_triangle(t, eye)).collect();
         let mut boxes: Vec<_> = emitters.iter().map(light_box).collect();
         let features =
             Features::new(&triangles, &materials, &boxes, &emitters, &settings.technique, horizons, settings.skips);
@@ -121,6 +148,18 @@ impl Prepared {
 fn offsets(samples: u32) -> Vec<[f32; 2]> {
     const R2: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     (0..samples).map(|s| R2.map(|r| (0.5 + r * f64::from(s)).fract() as f32)).collect()
+}
+
+/// The triangles as seen from the camera.
+fn pack_triangles(scene: &Scene) -> Result<Vec<SurfaceTriangle>, BackendError> {
+    let eye = scene.camera.position;
+    for (triangle, vertex) in scene.triangles.iter().enumerate().flat_map(|(i, t)| t.vertices.map(|v| (i, v))) {
+        let position = vertex.position;
+        if !(0.0..=FARTHEST).contains(&(position - eye).abs().max_element()) {
+            return Err(BackendError::Far { triangle, position, limit: FARTHEST });
+        }
+    }
+    Ok(scene.triangles.par_iter().map(|t| pack_triangle(t, eye)).collect())
 }
 
 fn pack_triangle(triangle: &Triangle, eye: DVec3) -> SurfaceTriangle {

@@ -15,9 +15,10 @@ pub mod sampler;
 
 use super::emitter::Skip;
 use super::prepared::Prepared;
+use super::stage::{Ready, Reuse, Stage};
 use super::surfaces::Surfaces;
 use super::technique::{MAX_SPP, ReferenceLobe, Sampling};
-use super::{BackendError, Counters, Rendering, Settings, Shaded, Stats, Stopwatch, Technique};
+use super::{BackendError, Counters, Rendering, STILL, Settings, Shaded, Stats, Stopwatch, Technique, TreeMemory};
 use crate::brdf::ltc::{self, Table};
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::surface::{SurfacePoint, surface_point};
@@ -48,25 +49,35 @@ pub fn render(
     sampling: &Sampling,
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Rendering, BackendError> {
+    let settings = Settings { technique: Technique::Reference(*sampling), ..*settings };
+    render_stage(&mut Stage::new(scene, &STILL, settings), 0.0, sampling, progress)
+}
+
+/// As [`render`], the picture of a stage at a time.
+pub(super) fn render_stage(
+    stage: &mut Stage<'_>,
+    time: f64,
+    sampling: &Sampling,
+    progress: &(dyn Fn(u64, u64) + Sync),
+) -> Result<Rendering, BackendError> {
     check(sampling)?;
-    let settings = &Settings { technique: Technique::Reference(*sampling), ..*settings };
     let mut watch = Stopwatch::default();
-    let prepared = Prepared::new(scene, settings)?;
-    watch.lap("regions");
-    let surfaces = Surfaces::new(&prepared);
-    watch.lap("surfaces");
+    let mut reuse = Reuse::default();
+    let settings = &stage.settings().clone();
+    let (scene, ready) = stage.at(time, &mut watch, &mut reuse)?;
+    let Ready { prepared, surfaces, .. } = &*ready;
     let frame = Frame {
         scene,
         settings,
         sampling: *sampling,
         plan: Plan::new(sampling, settings.samples),
-        prepared: &prepared,
-        surfaces: &surfaces,
-        lights: lights(&prepared),
+        prepared,
+        surfaces,
+        lights: lights(prepared),
     };
     let (pixels, mut variance, cost) = frame.run(progress);
     watch.lap("sampling");
-    let mut film = super::compose(scene, &prepared, &surfaces, settings, &pixels);
+    let mut film = super::compose(scene, prepared, surfaces, settings, &pixels);
     for (variance, matte) in variance.iter_mut().zip(&film.matte) {
         let through = 1.0 - matte;
         *variance = variance.map(|v| v * through * through);
@@ -84,6 +95,8 @@ pub fn render(
         left_out: prepared.features.left_out(),
         clusters: super::ClusterStats::default(),
         lights: cost.lights,
+        memory: TreeMemory::of(&prepared.emitters),
+        reused: reuse.finish(),
     };
     Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })
 }
@@ -173,7 +186,7 @@ struct Frame<'a> {
     sampling: Sampling,
     plan: Plan,
     prepared: &'a Prepared,
-    surfaces: &'a Surfaces<'a>,
+    surfaces: &'a Surfaces,
     lights: Vec<Light<'a>>,
 }
 
@@ -233,7 +246,7 @@ impl Frame<'_> {
         let prepared = self.prepared;
         let hit = |(i, &offset): (u64, &[f32; 2])| {
             let direction = self.settings.direction(&prepared.rays, x, y, offset);
-            let (index, hit) = self.surfaces.nearest(direction)?;
+            let (index, hit) = self.surfaces.nearest(&prepared.triangles, direction)?;
             let triangle = &prepared.triangles[index];
             let textures = prepared.textures();
             Some((i, surface_point(triangle, &prepared.materials, &textures, &prepared.rays, direction, hit)))

@@ -57,14 +57,14 @@ impl Outline<'_> {
 
     /// Whether no surface stands before the light along a ray that meets it at `t`. A light that touches a
     /// surface is not hidden by it.
-    fn is_seen(&self, surfaces: &Surfaces<'_>, direction: Vec3, t: f64) -> bool {
+    fn is_seen(&self, prepared: &Prepared, surfaces: &Surfaces, direction: Vec3, t: f64) -> bool {
         let touch = (1e-5 * t).min(1e-3 * self.light.world_half() / f64::from(direction.length()));
-        surfaces.nearest(direction).is_none_or(|(_, hit)| f64::from(hit.t) > t - touch)
+        surfaces.nearest(&prepared.triangles, direction).is_none_or(|(_, hit)| f64::from(hit.t) > t - touch)
     }
 }
 
 /// Draws the lights over each other, at each sample the nearest in front.
-pub fn see(prepared: &Prepared, surfaces: &Surfaces<'_>, settings: &Settings) -> Sight {
+pub fn see(prepared: &Prepared, surfaces: &Surfaces, settings: &Settings) -> Sight {
     let pixels = settings.width as usize * settings.height as usize;
     let mut sight = Sight { emission: vec![Vec3::ZERO; pixels], through: vec![1.0; pixels] };
     let lights: Vec<&[Emitter]> = prepared.layers.chunk_by(|a, b| a.light == b.light).collect();
@@ -94,7 +94,7 @@ pub fn see(prepared: &Prepared, surfaces: &Surfaces<'_>, settings: &Settings) ->
                 let mut remains = 1.0;
                 for outline in &covering {
                     let t = outline.distance(direction);
-                    if outline.is_seen(surfaces, direction, t) {
+                    if outline.is_seen(prepared, surfaces, direction, t) {
                         light += there(outline).truncate() * remains;
                         remains *= 1.0 - there(outline).w.min(1.0);
                     }

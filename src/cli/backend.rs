@@ -4,8 +4,8 @@ use super::progress;
 use crate::backend::cpu::CpuBackend;
 #[cfg(feature = "gpu")]
 use crate::backend::gpu::{AdapterChoice, GpuBackend};
-use crate::backend::{Backend, BackendError, Horizons, Rendering, Settings, Technique, reference};
-use crate::scene::Scene;
+use crate::backend::{Backend, BackendError, Horizons, Rendering, Session, Settings, Technique, reference};
+use crate::scene::{Motion, Scene};
 #[cfg(feature = "gpu")]
 use crate::stress::meter::Gpu;
 use crate::stress::meter::{Cpu, Meter};
@@ -75,6 +75,19 @@ impl Backends {
             }
             (technique, _) => self.of(technique)?.render(scene, settings),
         }
+    }
+
+    /// Begins a sequence of pictures on the backend for the technique.
+    ///
+    /// # Errors
+    /// What the backend says.
+    pub fn begin<'a>(
+        &'a self,
+        scene: &'a Scene,
+        motion: &'a Motion,
+        settings: &Settings,
+    ) -> Result<Box<dyn Session + 'a>, BackendError> {
+        self.of(&settings.technique)?.begin(scene, motion, settings)
     }
 
     #[cfg(feature = "gpu")]

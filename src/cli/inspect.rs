@@ -41,6 +41,8 @@ struct Row {
     opacity: f64,
     nodes: usize,
     bytes: usize,
+    /// For each curve, cubic or line.
+    bytes_per_curve: usize,
 }
 
 /// What an input becomes.
@@ -79,6 +81,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
                 opacity: layer.opacity,
                 nodes: tree.nodes.len(),
                 bytes: tree.bytes(),
+                bytes_per_curve: tree.bytes() / shape.curves().count().max(1),
             });
         }
     }
@@ -125,8 +128,19 @@ fn table(rows: &[Row]) -> String {
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     table.set_header([
-        "light", "layer", "contours", "holes", "cubics", "lines", "area m²", "bounds m", "radiance", "opacity",
-        "nodes", "bytes",
+        "light",
+        "layer",
+        "contours",
+        "holes",
+        "cubics",
+        "lines",
+        "area m²",
+        "bounds m",
+        "radiance",
+        "opacity",
+        "nodes",
+        "bytes",
+        "per curve",
     ]);
     for r in rows {
         table.add_row([
@@ -142,6 +156,7 @@ fn table(rows: &[Row]) -> String {
             format!("{:.2}", r.opacity),
             r.nodes.to_string(),
             r.bytes.to_string(),
+            r.bytes_per_curve.to_string(),
         ]);
     }
     table.to_string()

@@ -10,6 +10,7 @@ mod bench;
 mod compare;
 mod display;
 mod fit;
+mod frames;
 mod inspect;
 mod lights;
 mod machine;

@@ -2,15 +2,17 @@
 
 use super::backend::{BackendArg, Backends};
 use super::display::DisplayArgs;
-use super::scene::Subject;
+use super::frames::{FrameArgs, Times};
+use super::scene::{Staged, Subject};
 use super::technique::TechniqueArgs;
 use super::values::positive;
 use super::{json, label, say};
 use crate::backend::skips::{SkipName, Skips};
-use crate::backend::{Rendering, Settings, Stats, Technique};
+use crate::backend::{Rendering, Reused, Settings, Stats, Technique};
 use crate::error::Error;
 use crate::film::heat::{self, Scale};
-use crate::film::{Display, Film, Format, Pending, check_writable};
+use crate::film::{Display, Film, Format, Pending, check_writable, frame_path};
+use crate::scene::{Motion, Scene};
 use comfy_table::Table;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -54,14 +56,16 @@ pub struct Args {
     #[arg(long, hide = true, value_name = "NAME")]
     without_skip: Vec<SkipName>,
     /// Write a heat map of the edges (nodes, samples) that each pixel took, and print its scale
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", conflicts_with = "frames")]
     count_edges: Option<PathBuf>,
+    #[command(flatten)]
+    frames: FrameArgs,
 }
 
 pub fn run(args: &Args) -> Result<(), Error> {
     for path in &args.output {
         Format::of(path)?;
-        check_writable(path)?;
+        check_writable(&if args.frames.numbers() { frame_path(path, 1) } else { path.clone() })?;
     }
     let (technique, horizons) = args.technique.resolve()?;
     args.technique.check_tolerance(args.tolerance)?;
@@ -79,15 +83,26 @@ pub fn run(args: &Args) -> Result<(), Error> {
     };
     settings.check()?;
     let start = Instant::now();
-    let scene = args.subject.stage(args.width, args.height)?.scene;
+    let Staged { mut scene, motion, .. } = args.subject.stage(args.width, args.height)?;
+    let backends = Backends::new(args.backend);
+    let times = args.frames.times(&motion)?;
+    if let Times::One(time) = times {
+        motion.set(&mut scene, time);
+    }
     let load = start.elapsed().as_secs_f64();
-    let Rendering { film, parts, mut stats } = Backends::new(args.backend).render(&scene, &settings)?;
-    let start = Instant::now();
-    let scale = write(&film, &parts, args)?;
+    let (frames, mut stats, scale) = if let Times::Frames(times) = times {
+        (Some(times.len()), sequence(&backends, &scene, &motion, &settings, &times, args)?, None)
+    } else {
+        let Rendering { film, parts, mut stats } = backends.render(&scene, &settings)?;
+        let start = Instant::now();
+        let scale = write(&film, &parts, args, None)?;
+        stats.stages.push(("write".into(), start.elapsed().as_secs_f64()));
+        (None, stats, scale)
+    };
     stats.stages.insert(0, ("load".into(), load));
-    stats.stages.push(("write".into(), start.elapsed().as_secs_f64()));
     if args.stats {
-        say(if args.json { json(&Report { stats: &stats, heat_map: scale })? } else { table(&stats) })?;
+        let report = Report { frames, stats: &stats, heat_map: scale };
+        say(if args.json { json(&report)? } else { table(&report) })?;
     }
     if let Some(Scale { min, max, mean }) = scale
         && !args.json
@@ -100,9 +115,36 @@ pub fn run(args: &Args) -> Result<(), Error> {
     Ok(())
 }
 
+/// Renders the frames at those times, each to its own files. Gives what they cost together.
+fn sequence(
+    backends: &Backends,
+    scene: &Scene,
+    motion: &Motion,
+    settings: &Settings,
+    times: &[f64],
+    args: &Args,
+) -> Result<Stats, Error> {
+    let mut session = backends.begin(scene, motion, settings)?;
+    let mut total: Option<Stats> = None;
+    for (number, &time) in (1..).zip(times) {
+        let Rendering { film, parts, mut stats } = session.frame(time)?;
+        let start = Instant::now();
+        write(&film, &parts, args, Some(number))?;
+        stats.stages.push(("write".into(), start.elapsed().as_secs_f64()));
+        match &mut total {
+            Some(total) => total.add(&stats),
+            None => total = Some(stats),
+        }
+    }
+    Ok(total.unwrap_or_default())
+}
+
 /// What `--stats --json` prints.
 #[derive(serde::Serialize)]
 struct Report<'a> {
+    /// How many, of a sequence; everything else is of all of them together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frames: Option<usize>,
     #[serde(flatten)]
     stats: &'a Stats,
     /// Of `--count-edges`: least and mean of the values above 0, and the greatest.
@@ -124,10 +166,11 @@ fn check_heat_map(path: &Path, args: &Args, technique: Technique) -> Result<(), 
     Ok(check_writable(path)?)
 }
 
-/// Writes all files or none.
-fn write(film: &Film, parts: &[f32], args: &Args) -> Result<Option<Scale>, Error> {
+/// Writes all files or none; those of a frame by its number.
+fn write(film: &Film, parts: &[f32], args: &Args, frame: Option<u32>) -> Result<Option<Scale>, Error> {
     let display = Display { dither: args.dither, ..args.display.display() };
-    let mut files = args.output.iter().map(|path| film.encode(path, &display)).collect::<Result<Vec<_>, _>>()?;
+    let encode = |path: &PathBuf| film.encode(&frame.map_or_else(|| path.clone(), |n| frame_path(path, n)), &display);
+    let mut files = args.output.iter().map(encode).collect::<Result<Vec<_>, _>>()?;
     let mut scale = None;
     if let Some(path) = &args.count_edges {
         let (file, of) = heat::encode(path, film.width, film.height, parts)?;
@@ -139,11 +182,18 @@ fn write(film: &Film, parts: &[f32], args: &Args) -> Result<Option<Scale>, Error
 }
 
 /// The statistics as a table.
-fn table(stats: &Stats) -> String {
+fn table(report: &Report<'_>) -> String {
+    let stats = report.stats;
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING);
     let per_sample = |n: u64| format!("{:.2}", n as f64 / stats.shaded.max(1) as f64);
     let parts = stats.technique.parse::<Technique>().map_or("parts", |t| t.parts());
+    if let Some(frames) = report.frames {
+        table.add_row(["frames".to_owned(), frames.to_string()]);
+        for Reused { what, reused, made } in &stats.reused {
+            table.add_row([format!("{what} reused"), format!("{reused} of {}", reused + made)]);
+        }
+    }
     table.add_row(["technique", &stats.technique]);
     table.add_row(["backend", &stats.backend]);
     table.add_row(["device", &stats.device]);
@@ -153,6 +203,9 @@ fn table(stats: &Stats) -> String {
     table.add_row(["shaded samples".to_owned(), stats.shaded.to_string()]);
     table.add_row(["integrals per sample".to_owned(), per_sample(stats.integrals)]);
     table.add_row([format!("{parts} per sample"), per_sample(stats.nodes)]);
+    if let Some(bytes) = stats.memory.per_curve() {
+        table.add_row(["bytes of trees per curve".to_owned(), format!("{bytes:.0}")]);
+    }
     if !stats.left_out.is_empty() {
         table.add_row(["left out for all samples".to_owned(), stats.left_out.join(", ")]);
     }

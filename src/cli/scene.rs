@@ -7,7 +7,7 @@ use crate::backend::Technique;
 use crate::error::Error;
 use crate::scene::file::{self, Loaded, SceneError};
 use crate::scene::preset::{PresetOptions, sign};
-use crate::scene::{Scene, figures};
+use crate::scene::{Motion, Scene, figures};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
@@ -46,6 +46,8 @@ struct Sign {
 pub struct Staged {
     /// The scene.
     pub scene: Scene,
+    /// How it moves.
+    pub motion: Motion,
     /// The file, `figure:…`, or the art of the sign.
     pub name: String,
     /// The text of the file, or what makes up the sign.
@@ -61,8 +63,8 @@ impl Subject {
             self.style.check("a scene file")?;
             let (loaded, techniques) = open(path)?;
             warn(&loaded.warnings);
-            let Loaded { scene, text: source, .. } = loaded;
-            return Ok(Staged { scene, name: path.display().to_string(), source, techniques });
+            let Loaded { scene, motion, text: source, .. } = loaded;
+            return Ok(Staged { scene, motion, name: path.display().to_string(), source, techniques });
         }
         let art = self.source.art(&self.style)?;
         warn(art.warnings.iter().map(|w| format!("{}: {}", w.element, w.message)));
@@ -83,7 +85,7 @@ impl Subject {
         );
         let name = art.name.clone();
         let scene = sign(layers, &PresetOptions { name: art.name, alpha, aspect, ..default })?;
-        Ok(Staged { scene, name, source, techniques: Vec::new() })
+        Ok(Staged { scene, motion: Motion::STILL, name, source, techniques: Vec::new() })
     }
 }
 

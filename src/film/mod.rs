@@ -4,9 +4,11 @@ pub mod diagram;
 pub mod display;
 mod exr;
 pub mod heat;
+mod numbered;
 mod png;
 
 pub use display::{Display, ToneMap};
+pub use numbered::frame_path;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -134,10 +136,13 @@ impl Film {
 
     /// The sum of the layers.
     pub fn beauty(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
-        (0..self.diffuse.len()).map(|i| {
-            let behind = self.behind(i);
-            core::array::from_fn(|c| behind[c] + self.emission[i][c])
-        })
+        (0..self.diffuse.len()).map(|i| self.radiance(i))
+    }
+
+    /// The sum of the layers at a pixel.
+    fn radiance(&self, i: usize) -> [f32; 3] {
+        let behind = self.behind(i);
+        core::array::from_fn(|c| behind[c] + self.emission[i][c])
     }
 
     /// What surfaces reflect: the sum of the diffuse and the specular layer.

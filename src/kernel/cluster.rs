@@ -453,12 +453,12 @@ pub fn list_clusters(
         let view = View::new(cluster, &tile.position);
         let away = view.is_away(cluster);
         let mut listed = ListedCluster { cluster: i, whole: 0, open: 0 };
-        for k in 0..LOBES {
+        for (k, next) in next.iter_mut().enumerate() {
             let (Some(field), Some(at_middle)) = (&tile.fields[k], &middle.fields[k]) else { continue };
-            if next[k] > i {
+            if *next > i {
                 continue;
             }
-            next[k] = skip;
+            *next = skip;
             let fate_of_all = if away { Fate::Nothing } else { fate::<true>(field, cluster, &view, tolerance, budget) };
             match fate_of_all {
                 Fate::Nothing => {}
@@ -471,7 +471,7 @@ pub fn list_clusters(
                     if decide {
                         listed.open |= 1 << k;
                     } else {
-                        next[k] = i + 1;
+                        *next = i + 1;
                     }
                 }
             }
@@ -529,12 +529,12 @@ impl ClusterSums {
             let view = View::new(cluster, &point.position);
             let away = view.is_away(cluster);
             let mut singles = 0;
-            for k in 0..LOBES {
+            for (k, next) in next.iter_mut().enumerate() {
                 let Some(field) = &point.fields[k] else { continue };
-                if next[k] > i {
+                if *next > i {
                     continue;
                 }
-                next[k] = skip;
+                *next = skip;
                 let fate = if away { Fate::Nothing } else { fate::<false>(field, cluster, &view, tolerance, budget) };
                 match fate {
                     Fate::Nothing => {}
@@ -543,7 +543,7 @@ impl ClusterSums {
                         self.whole += 1;
                     }
                     Fate::Refine if is_single => singles |= 1 << k,
-                    Fate::Refine => next[k] = i + 1,
+                    Fate::Refine => *next = i + 1,
                 }
             }
             if singles != 0 {

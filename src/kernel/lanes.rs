@@ -68,9 +68,6 @@ pub trait Lanes: Real + Add<f32, Output = Self> + Sub<f32, Output = Self> + Mul<
     /// Counts and indices.
     type Index: Copy + Debug;
 
-    /// Least distance from a light's plane over its half-width, in cosine space: 1/|p|⁴ must stay within range.
-    const TOUCHING: f64 = 1e-9;
-
     /// Its absolute value with the sign of another.
     fn copysign(self, sign: Self) -> Self;
 

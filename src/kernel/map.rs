@@ -184,8 +184,7 @@ impl<L: Lanes> CosineMap<L> {
     ///
     /// Formed in f64 and rounded once: where an edge runs through a narrow lobe's axis, a map formed in f32
     /// moves the integral by up to 1e-3. There is none where the point lies in the light's plane (D = 0; the sign is
-    /// exact, by adaptive arithmetic), or where an image is not finite or the plane is seen as a line. A point nearer to the
-    /// plane than [`Lanes::TOUCHING`] of the light's half-width is taken for one that far from it.
+    /// exact, by adaptive arithmetic), or where an image is not finite or the plane is seen as a line.
     #[inline(always)]
     pub fn of<D: Doubles<Narrow = L, Mask = L::Mask>>(c: [D::Vec3; 3], center: DVec2, half: f64) -> (Self, L::Mask) {
         let [x, y, origin] = c;
@@ -208,11 +207,6 @@ impl<L: Lanes> CosineMap<L> {
         let near = |v: D| v.max(constant(-FOOT_LIMIT)).min(constant(FOOT_LIMIT)).narrow();
         let (foot_x, foot_y) = (near(foot[0]), near(foot[1]));
         let at = [D::widen(foot_x) * half + constant(center.x), D::widen(foot_y) * half + constant(center.y)];
-        let reach = g00.max(g11) * square;
-        let touching = (reach * (L::TOUCHING * L::TOUCHING)).above(depth * depth);
-        let lifted = reach.sqrt() * L::TOUCHING;
-        let lifted = D::select(depth.is_positive(), lifted, -lifted);
-        let depth = D::select(touching, lifted, depth);
         // Across the plane the foot's image is what D says: near contact the sum for it cancels, and D has all its digits.
         let c2 = origin + x * at[0] + y * at[1];
         let c2 = c2 - normal * ((depth + normal.dot(c2)) / square);

@@ -109,8 +109,6 @@ impl Lanes for Wide {
     type Vec3 = Wide3;
     type Index = u32;
 
-    const TOUCHING: f64 = 1e-60;
-
     #[inline(always)]
     fn copysign(self, sign: Self) -> Self {
         Self(self.0.copysign(sign.0))

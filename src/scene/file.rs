@@ -69,6 +69,13 @@
 //!
 //! Of `color` only the ratios count.
 //!
+//! Lights and the camera may move: `[[light.keyframe]]` and `[[camera.keyframe]]` hold a `time` in seconds, growing from one to the
+//! next, and what the light or the camera has then: a light's `position`, `rotation`, `scale` and `emission` (a factor of its
+//! radiance, one number or one per channel); a camera's `position`, `look_at` or `rotation` (it looks along −z of its own frame, up is
+//! y) and `fov_y`. What a keyframe leaves out runs on between those that give it; what none gives is the light's or the camera's own. Before the first keyframe and after the last nothing
+//! moves. `interpolation` of the light or the camera is `"linear"`, or `"smooth"`: the same way, from rest to rest, by the ease 3u² − 2u³. Rotations
+//! turn about one axis, the shorter way.
+//!
 //! A table `[compare]` may hold `techniques`, a list of what `glyphlight compare` shows of the scene unless it is told otherwise:
 //! `techniques = ["tree", "kuge:1e-6", "uniform:30", "quad"]`.
 
@@ -76,13 +83,14 @@ mod body;
 mod error;
 mod light;
 mod material;
+mod motion;
 mod table;
 
 use super::camera::Camera;
 use super::folder::{Folder, read};
 use super::mesh::Mesh;
 use super::surface::plane;
-use super::{Material, Scene};
+use super::{Material, Motion, Scene};
 pub use error::{Place, ResourceError, SceneError};
 use glam::{DAffine3, DMat3, DVec3};
 use material::Textures;
@@ -102,8 +110,10 @@ const RADIANCE: Limit = Limit::new(|v| (0.0..=1e12).contains(&v), "between 0 and
 /// A scene, and what its file asks for and the picture misses.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// The scene.
+    /// The scene, at the time of its first keyframe.
     pub scene: Scene,
+    /// How it moves, by its keyframes.
+    pub motion: Motion,
     /// One line each; every line names the file, line and key it is about.
     pub warnings: Vec<String>,
     /// The techniques of `[compare]`.
@@ -146,7 +156,8 @@ pub fn parse(text: String, path: &Path, folder: &Folder) -> Result<Loaded, Scene
 
 fn scene(root: &Table<'_>, folder: &Folder) -> Result<Loaded, SceneError> {
     root.only(&["camera", "surface", "light", "background", "compare"])?;
-    let camera = camera(&root.require("camera", "a table: [camera]")?.table()?)?;
+    let (camera, moving) = camera(&root.require("camera", "a table: [camera]")?.table()?)?;
+    let mut spans: Vec<[f64; 2]> = moving.iter().map(|(_, span)| *span).collect();
     let background = root.read("background", |v| v.color(&RADIANCE))?.unwrap_or_default().map(|c| c as f32);
     let mut builder = Builder {
         folder,
@@ -159,6 +170,7 @@ fn scene(root: &Table<'_>, folder: &Folder) -> Result<Loaded, SceneError> {
             lights: Vec::new(),
             background,
         },
+        motion: Motion::STILL,
         warnings: Vec::new(),
         techniques: root.read("compare", |v| techniques(&v.table()?))?.unwrap_or_default(),
     };
@@ -167,14 +179,21 @@ fn scene(root: &Table<'_>, folder: &Folder) -> Result<Loaded, SceneError> {
     }
     let lights = root.tables("light")?;
     for (i, table) in lights.iter().enumerate() {
-        let light = light::read(table, i, folder, &mut builder.warnings)?;
+        let (light, moving) = light::read(table, i, folder, &mut builder.warnings)?;
         builder.scene.lights.push(light);
+        if let Some((motion, span)) = moving {
+            builder.motion.lights.push(motion);
+            spans.push(span);
+        }
     }
+    builder.motion.camera = moving.map(|(motion, _)| motion);
+    let joined = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+    builder.motion.span = spans.into_iter().reduce(joined).unwrap_or_default();
     Ok(builder.finish())
 }
 
-fn camera(table: &Table<'_>) -> Result<Camera, SceneError> {
-    table.only(&["position", "look_at", "up", "fov_y"])?;
+fn camera(table: &Table<'_>) -> Result<(Camera, motion::MovingCamera), SceneError> {
+    table.only(&[&["position", "look_at", "up", "fov_y"], &motion::KEYS[..]].concat())?;
     let position = table.require("position", "the eye point, [x, y, z]")?.vec3(&COORDINATE)?;
     let target = table.require("look_at", "the point in the middle of the picture, [x, y, z]")?;
     let look_at = target.vec3(&COORDINATE)?;
@@ -183,7 +202,9 @@ fn camera(table: &Table<'_>) -> Result<Camera, SceneError> {
     }
     let up = table.read("up", |v| v.direction(&COORDINATE))?.unwrap_or(DVec3::Y);
     let fov_y = table.read("fov_y", |v| v.number(&FIELD_OF_VIEW))?.unwrap_or(50.0);
-    Ok(Camera { position, look_at, up, fov_y })
+    let camera = Camera { position, look_at, up, fov_y };
+    let moving = motion::camera(table, &camera)?;
+    Ok((camera, moving))
 }
 
 fn techniques(table: &Table<'_>) -> Result<Vec<Wanted>, SceneError> {
@@ -197,6 +218,7 @@ struct Builder<'a> {
     folder: &'a Folder,
     textures: Textures,
     scene: Scene,
+    motion: Motion,
     warnings: Vec<String>,
     techniques: Vec<Wanted>,
 }
@@ -266,7 +288,9 @@ impl Builder<'_> {
 
     fn finish(mut self) -> Loaded {
         self.scene.textures = self.textures.list;
-        Loaded { scene: self.scene, warnings: self.warnings, techniques: self.techniques, text: String::new() }
+        self.motion.set(&mut self.scene, self.motion.span[0]);
+        let Self { scene, motion, warnings, techniques, .. } = self;
+        Loaded { scene, motion, warnings, techniques, text: String::new() }
     }
 }
 

@@ -6,6 +6,7 @@ pub mod file;
 pub mod folder;
 pub mod material;
 pub mod mesh;
+pub mod motion;
 pub mod preset;
 pub mod signs;
 pub mod surface;
@@ -15,6 +16,7 @@ pub mod trial;
 use crate::light::AreaLight;
 pub use camera::Camera;
 pub use material::{Material, Texture};
+pub use motion::Motion;
 pub use surface::{Triangle, Vertex};
 
 /// All that is rendered. Build one in code.

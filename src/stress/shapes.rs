@@ -308,7 +308,7 @@ fn many(draw: &mut Draw) -> Vec<CubicBez> {
     let count = draw.log_within(1e4, 1e5) as usize;
     let wave = draw.log_within(1e-5, 0.2);
     let corner = |i: usize| {
-        let swing = if i % 2 == 0 { 1.0 } else { 1.0 - wave };
+        let swing = if i.is_multiple_of(2) { 1.0 } else { 1.0 - wave };
         DVec2::from_angle(i as f64 / count as f64 * TAU) * swing
     };
     let corners: Vec<_> = (0..count).map(corner).collect();

@@ -1,5 +1,6 @@
 //! The command as a user runs it: the built binary, in a folder of its own.
 
+mod frames;
 mod malformed;
 mod pictures;
 mod probe;

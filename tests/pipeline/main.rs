@@ -14,6 +14,7 @@ mod compare;
 mod edges;
 mod film;
 mod fonts;
+mod frames;
 mod fuzz_finds;
 mod kernel;
 mod mask;

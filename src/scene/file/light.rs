@@ -2,6 +2,7 @@
 
 use super::body::{self, SHAPE_KEYS};
 use super::error::SceneError;
+use super::motion::{self, Own};
 use super::table::{Limit, Table, Value};
 use super::{COORDINATE, DEGREES, LENGTH, RADIANCE, SCALE};
 use crate::color::luminance;
@@ -14,6 +15,7 @@ use crate::outline::{FillRule, Warning, path};
 use crate::picture::Picture;
 use crate::scene::Texture;
 use crate::scene::folder::Folder;
+use crate::scene::motion::LightMotion;
 use crate::scene::texture;
 use crate::shape::{Bounds, Shape};
 use core::f64::consts::PI;
@@ -30,7 +32,7 @@ pub const EFFICACY: f64 = 683.0;
 const LEAST_AREA: f64 = 1e-12;
 
 /// Farthest a light may reach from the origin along an axis, metres.
-const MAX_REACH: f64 = 4e9;
+pub(super) const MAX_REACH: f64 = 4e9;
 
 const POWER: Limit = Limit::new(|v| (0.0..=1e15).contains(&v), "between 0 and 1e15 W");
 const NITS: Limit = Limit::new(|v| (0.0..=1e15).contains(&v), "between 0 and 1e15 nits");
@@ -41,6 +43,9 @@ const AXIS: Limit = Limit::new(|v| v.abs() <= 1e6, "within ±1e6");
 /// Keys of every light. `fill_rule` is one of them so that a light can be changed from one kind to another in its place.
 const COMMON: [&str; 10] =
     ["position", "rotation", "scale", "radiance", "power", "luminance", "color", "two_sided", "fill_rule", "picture"];
+
+/// A light, and how it moves with the times of its first and last keyframe.
+type Moving = (AreaLight, Option<(LightMotion, [f64; 2])>);
 
 /// What can shine: the key that says so, the keys that go with it, and how it is read.
 type Kind = (&'static str, &'static [&'static str], fn(&Source<'_, '_>, &mut Vec<Warning>) -> Result<Art, SceneError>);
@@ -71,13 +76,13 @@ struct Source<'t, 'd> {
     folder: &'t Folder,
 }
 
-/// The light in `table`, the `number`th of the scene.
+/// The light in `table`, the `number`th of the scene. Where it stands and shines by its own keys, not those of its keyframes.
 pub(super) fn read(
     table: &Table<'_>,
     number: usize,
     folder: &Folder,
     warnings: &mut Vec<String>,
-) -> Result<AreaLight, SceneError> {
+) -> Result<Moving, SceneError> {
     let given: Vec<_> = KINDS.iter().filter_map(|kind| table.get(kind.0).map(|value| (kind, value))).collect();
     let names: Vec<_> = given.iter().map(|(kind, _)| kind.0).collect();
     let Ok([((key, keys, build), value)]) = <[_; 1]>::try_from(given) else {
@@ -85,7 +90,7 @@ pub(super) fn read(
             if names.is_empty() { "none is given".into() } else { format!("{} are given", names.join(" and ")) };
         return Err(table.error(format!("a light has exactly one of path, svg, text, shape; {found}")));
     };
-    table.only(&[*keys, &COMMON].concat())?;
+    table.only(&[*keys, &COMMON, &motion::KEYS].concat())?;
     let name = match *key {
         "path" => format!("light[{number}]"),
         _ => value.string()?.into(),
@@ -148,7 +153,9 @@ pub(super) fn read(
         said.push(Warning { element: name.clone(), message: format!("it is black and does not shine{hint}") });
     }
     warnings.extend(said.into_iter().map(|w| format!("{place}: {}: {}", w.element, w.message)));
-    Ok(AreaLight { name, layers, form, placement, two_sided })
+    let light = AreaLight { name, layers, form, placement, two_sided };
+    let motion = motion::light(table, number, &light, &Own { position, rotation, scale })?;
+    Ok((light, motion))
 }
 
 /// Lays the picture that the light names over its layers.
