@@ -259,7 +259,8 @@ impl Images {
     /// A signed integral from the side the point is on.
     fn lit(&self, value: f32, visited: u32) -> Gathered {
         let value = if self.back { -value } else { value };
-        Gathered { value: DVec3::splat(f64::from(value.max(0.0))), visited }
+        // Whatever rounding makes of a point on the outline, a light fills a hemisphere once.
+        Gathered { value: DVec3::splat(f64::from(value.clamp(0.0, 1.0))), visited }
     }
 
     fn exactly(&self, c: [DVec3; 3], emitter: &Emitter, lobe: Option<&Lobe>) -> Gathered {

@@ -5,7 +5,7 @@ use super::emitter::{Emitter, Geometry, Skip};
 use super::gather::View;
 use crate::brdf::ltc::{InverseMatrix, Lobe};
 use crate::kernel::frame::ShadingFrame;
-use crate::kernel::lanes::{Mask, Real, Triple, Vector};
+use crate::kernel::lanes::{Lanes, Mask, Real, Triple, Vector};
 use crate::kernel::packet::{DoublePacket, MAX_LANES, Packet, PacketMask, Processor, Simd, Task};
 use crate::kernel::tree::{Budget, tree_integrals};
 use crate::light::simple::Facing;
@@ -202,7 +202,7 @@ impl Task for Asking<'_> {
             let clip = &view.clipped.clip;
             let integral = tree_integrals(&view.map, clip, tree.view(), tolerance, &mut budget, far);
             let value = Packet::select(back, -integral.value, integral.value);
-            value.max(like).store(&mut answer.value);
+            value.between(0.0, 1.0).store(&mut answer.value);
             integral.visited.store(&mut answer.visited);
             budget.spent.store(&mut points.spent);
             budget.share.store(&mut points.share);

@@ -207,7 +207,9 @@ impl<L: Lanes> CosineMap<L> {
         let near = |v: D| v.max(constant(-FOOT_LIMIT)).min(constant(FOOT_LIMIT)).narrow();
         let (foot_x, foot_y) = (near(foot[0]), near(foot[1]));
         let at = [D::widen(foot_x) * half + constant(center.x), D::widen(foot_y) * half + constant(center.y)];
+        // Across the plane the foot's image is what D says: near contact the sum for it cancels, and D has all its digits.
         let c2 = origin + x * at[0] + y * at[1];
+        let c2 = c2 - normal * ((depth + normal.dot(c2)) / square);
         let map = Self {
             foot: PlanePoint::of(foot_x, foot_y),
             c0: narrow::<D>(c0),

@@ -28,7 +28,7 @@ pub const SEGMENT: u32 = 2 << 30;
 pub const CUBIC: u32 = 3 << 30;
 
 /// Halvings of a cubic at the leaf before it is taken for its chord: 2⁻²⁰ of the curve is under an f32 step.
-pub const DEEPEST: u32 = 20;
+pub const DEEPEST: u32 = 24;
 
 /// A node, in pre-order. Lengths are tree space.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

@@ -9,8 +9,8 @@ use glam::{DVec2, Vec2};
 const TURN_COS: f64 = 0.8;
 /// Halvings of one curve at build time.
 const SPLITS: u32 = 6;
-/// Handles nearer the chord than this (tree space) make a straight edge.
-const STRAIGHT: f64 = 1e-12;
+/// Handles nearer the chord than this (in chords, and in tree space) make a straight edge.
+const STRAIGHT: [f64; 2] = [1e-12, 1e-15];
 
 /// Ratio of the unsigned area by scan lines to |m0| above which contours overlap or cross themselves.
 const SOUND: f64 = 1.1;
@@ -158,7 +158,7 @@ impl Tree {
                 loops: vec![vec![arc, CubicBez::line(arc.p3, arc.p0)]],
                 sound: region.area == region.m0.abs(),
             };
-            let link = if arc.is_line(STRAIGHT) {
+            let link = if is_straight(&arc) {
                 SEGMENT
             } else {
                 let [p1, p2] = [arc.p1, arc.p2];
@@ -329,6 +329,12 @@ fn unsigned_area(contours: &[Run], bounds: Bounds) -> f64 {
     area
 }
 
+/// Whether a curve is its chord, as far as can be told of a light that may have contours of very different sizes.
+fn is_straight(curve: &CubicBez) -> bool {
+    let [of_chord, at_least] = STRAIGHT;
+    curve.is_line(of_chord * curve.p0.distance(curve.p3) + at_least)
+}
+
 /// The two halves of a curve, sharing their joint to the bit.
 fn halved(curve: CubicBez) -> [CubicBez; 2] {
     let [first, mut second] = [curve.subsegment(0.0, 0.5), curve.subsegment(0.5, 1.0)];
@@ -347,7 +353,7 @@ fn split_to_arcs(curve: CubicBez, depth: u32, out: &mut Vec<CubicBez>) {
     if p0 == p3 && p1 == p0 && p2 == p0 {
         return;
     }
-    if curve.is_line(STRAIGHT) {
+    if is_straight(&curve) {
         if p0 != p3 {
             out.push(curve);
         }
