@@ -9,11 +9,13 @@ mod brdf;
 mod browser;
 mod cases;
 mod cli;
+#[cfg(feature = "gpu")]
 mod clusters;
 mod compare;
 mod edges;
 mod film;
 mod fonts;
+#[cfg(feature = "gpu")]
 mod frames;
 mod fuzz_finds;
 mod kernel;
