@@ -272,7 +272,7 @@ impl Images {
         } else {
             exact_integral(&ExactMap { c, horizon }, &emitter.shape)
         };
-        Gathered { value: DVec3::splat(value.max(0.0)), visited: 0 }
+        Gathered { value: DVec3::splat(value.clamp(0.0, 1.0)), visited: 0 }
     }
 }
 
