@@ -89,11 +89,13 @@ mod table;
 use super::camera::Camera;
 use super::folder::{Folder, read};
 use super::mesh::Mesh;
+use super::motion::CameraMotion;
 use super::surface::plane;
 use super::{Material, Motion, Scene};
 pub use error::{Place, ResourceError, SceneError};
 use glam::{DAffine3, DMat3, DVec3};
 use material::Textures;
+use motion::Moving;
 use std::path::Path;
 use table::{Document, Limit, Table, Value};
 
@@ -192,7 +194,7 @@ fn scene(root: &Table<'_>, folder: &Folder) -> Result<Loaded, SceneError> {
     Ok(builder.finish())
 }
 
-fn camera(table: &Table<'_>) -> Result<(Camera, motion::MovingCamera), SceneError> {
+fn camera(table: &Table<'_>) -> Result<(Camera, Moving<CameraMotion>), SceneError> {
     table.only(&[&["position", "look_at", "up", "fov_y"], &motion::KEYS[..]].concat())?;
     let position = table.require("position", "the eye point, [x, y, z]")?.vec3(&COORDINATE)?;
     let target = table.require("look_at", "the point in the middle of the picture, [x, y, z]")?;

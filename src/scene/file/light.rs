@@ -2,7 +2,7 @@
 
 use super::body::{self, SHAPE_KEYS};
 use super::error::SceneError;
-use super::motion::{self, Own};
+use super::motion::{self, Moving, Own};
 use super::table::{Limit, Table, Value};
 use super::{COORDINATE, DEGREES, LENGTH, RADIANCE, SCALE};
 use crate::color::luminance;
@@ -44,9 +44,6 @@ const AXIS: Limit = Limit::new(|v| v.abs() <= 1e6, "within ±1e6");
 const COMMON: [&str; 10] =
     ["position", "rotation", "scale", "radiance", "power", "luminance", "color", "two_sided", "fill_rule", "picture"];
 
-/// A light, and how it moves with the times of its first and last keyframe.
-type Moving = (AreaLight, Option<(LightMotion, [f64; 2])>);
-
 /// What can shine: the key that says so, the keys that go with it, and how it is read.
 type Kind = (&'static str, &'static [&'static str], fn(&Source<'_, '_>, &mut Vec<Warning>) -> Result<Art, SceneError>);
 
@@ -82,7 +79,7 @@ pub(super) fn read(
     number: usize,
     folder: &Folder,
     warnings: &mut Vec<String>,
-) -> Result<Moving, SceneError> {
+) -> Result<(AreaLight, Moving<LightMotion>), SceneError> {
     let given: Vec<_> = KINDS.iter().filter_map(|kind| table.get(kind.0).map(|value| (kind, value))).collect();
     let names: Vec<_> = given.iter().map(|(kind, _)| kind.0).collect();
     let Ok([((key, keys, build), value)]) = <[_; 1]>::try_from(given) else {

@@ -13,6 +13,9 @@ use glam::{DVec2, DVec3};
 /// Keys of a table that may have keyframes.
 pub(super) const KEYS: [&str; 2] = ["keyframe", "interpolation"];
 
+/// How something moves, if it does, with the times of its first and last keyframe.
+pub(super) type Moving<T> = Option<(T, [f64; 2])>;
+
 /// Most keyframes of a light or a camera.
 const MAX_KEYFRAMES: usize = 100_000;
 
@@ -84,7 +87,7 @@ pub(super) fn light(
     index: usize,
     light: &AreaLight,
     own: &Own,
-) -> Result<Option<(LightMotion, [f64; 2])>, SceneError> {
+) -> Result<Moving<LightMotion>, SceneError> {
     let Some(frames) = Keyframes::read(table, &["position", "rotation", "scale", "emission"])? else {
         return Ok(None);
     };
@@ -138,11 +141,8 @@ fn radius(light: &AreaLight) -> f64 {
     }
 }
 
-/// How a camera moves, if it does, with the times of its first and last keyframe.
-pub(super) type MovingCamera = Option<(CameraMotion, [f64; 2])>;
-
-/// How the camera in `table` moves.
-pub(super) fn camera(table: &Table<'_>, own: &Camera) -> Result<MovingCamera, SceneError> {
+/// How the camera in `table` moves, if it does, with the times of its first and last keyframe.
+pub(super) fn camera(table: &Table<'_>, own: &Camera) -> Result<Moving<CameraMotion>, SceneError> {
     let Some(frames) = Keyframes::read(table, &["position", "look_at", "rotation", "fov_y"])? else {
         return Ok(None);
     };
