@@ -46,7 +46,7 @@ fn is_behind(emitter: Emitter, images: Images) -> bool {
 
 // A signed integral from the side the point is on.
 fn lit(images: Images, value: f32, visited: u32) -> Gathered {
-    return Gathered(vec3f(max(select(value, -value, images.front < 0.0), 0.0)), visited, SKIP_NONE);
+    return Gathered(vec3f(clamp(select(value, -value, images.front < 0.0), 0.0, 1.0)), visited, SKIP_NONE);
 }
 
 // Nothing, for a reason.

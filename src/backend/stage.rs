@@ -1,4 +1,4 @@
-//! [`Stage`]: a scene in motion, and what has been made of it for one picture that the next can use.
+//! `Stage`: a scene in motion, and what has been made of it for one picture that the next can use.
 
 use super::prepared::Prepared;
 use super::surfaces::Surfaces;

@@ -23,7 +23,7 @@
 //! A cluster behind which the point lies, or that is below a horizon, adds nothing; one whose whole integral is below the
 //! error that is still allowed is left out; any other is refined, down to single lights. All of this is decided for the
 //! shading points of a tile at once ([`list_clusters`]): positions, normals and rows of M⁻¹ are known by boxes that hold
-//! those of all points. What holds for some points only is decided by each ([`sum_clusters`]).
+//! those of all points. What holds for some points only is decided by each ([`ClusterSums::add`]).
 
 use super::lanes::{Lanes, Vector};
 use super::reflect::Reflectance;

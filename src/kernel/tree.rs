@@ -27,7 +27,7 @@ pub const SEGMENT: u32 = 2 << 30;
 /// A cubic from a to b; the index is that of its [`Handles`].
 pub const CUBIC: u32 = 3 << 30;
 
-/// Halvings of a cubic at the leaf before it is taken for its chord, off which it then is by 2⁻⁴⁸ of its size.
+/// Halvings of a cubic at the leaf before it is taken for its chord, off which it then is by 2⁻⁴⁸ of its size, as light space is.
 pub const DEEPEST: u32 = 24;
 
 /// A node, in pre-order. Lengths are tree space.

@@ -82,21 +82,21 @@ fn every_technique_is_read() {
     }
 }
 
-/// What is beyond the tolerance is close to contact or in a mirror's lobe: less than one case in a thousand of those drawn.
+/// What is beyond the tolerance is close to contact or in a mirror's lobe: one in eight thousand of the cases drawn.
 #[test]
 fn the_tree_stands() {
     let Findings { all, kinds, fails } = found(&TREE, 1, 50_000);
     let shown: Vec<_> = fails.iter().take(3).map(|fail| (fail.index, fail.kinds, fail.judged)).collect();
     println!("{all:?} {shown:?}");
     assert_eq!((all.not_finite, all.negative), (0, 0), "{shown:?}");
-    assert!(all.faults() * 1000 < all.cases && all.undecided * 10 < all.cases, "{all:?} {shown:?}");
+    assert!(all.faults() * 2500 < all.cases && all.undecided * 10 < all.cases, "{all:?} {shown:?}");
     // 15 shapes (many curves are too rare for this count), 12 places, 5 lobes, 4 views.
     assert!(kinds.len() >= 35, "{}", kinds.len());
     let broken = found(&Broken, 1, 50_000).all;
     assert!(broken.faults() * 1000 > 10 * broken.cases, "{broken:?}");
 }
 
-/// In f32 throughout: what is beyond the tolerance is one case in fifty of those drawn.
+/// In f32 throughout: beyond the tolerance is one in sixty of the cases drawn.
 #[cfg(feature = "gpu")]
 #[test]
 fn the_shaders_stand() {
@@ -106,5 +106,5 @@ fn the_shaders_stand() {
     let shown: Vec<_> = fails.iter().take(3).map(|fail| (fail.index, fail.kinds, fail.judged)).collect();
     println!("{all:?} {shown:?}");
     assert_eq!((all.not_finite, all.negative), (0, 0), "{shown:?}");
-    assert!(all.faults() * 50 < all.cases, "{all:?} {shown:?}");
+    assert!(all.faults() * 33 < all.cases, "{all:?} {shown:?}");
 }
