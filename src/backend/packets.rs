@@ -7,7 +7,7 @@ use crate::brdf::ltc::{InverseMatrix, Lobe};
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::lanes::{Lanes, Mask, Real, Triple, Vector};
 use crate::kernel::packet::{DoublePacket, MAX_LANES, Packet, PacketMask, Processor, Simd, Task};
-use crate::kernel::tree::{Budget, tree_integrals};
+use crate::kernel::tree::{Budget, SHARE, tree_integrals};
 use crate::light::simple::Facing;
 use crate::light::tree::Tree;
 use glam::DVec3;
@@ -81,7 +81,7 @@ impl Default for PointPacket {
             m_inv: [[0.0; MAX_LANES]; 5],
             row_z: [[0.0; MAX_LANES]; 3],
             spent: [0.0; MAX_LANES],
-            share: [1.0; MAX_LANES],
+            share: [SHARE; MAX_LANES],
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
 use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
 use crate::kernel::tile::{BUCKETS, CLUSTERED, SKIP_SHARE};
-use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SLACK};
+use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SHARE, SLACK};
 use crate::kernel::{pal, representative};
 
 /// Rows of the skip counters: workgroups of different rows do not wait for each other.
@@ -118,6 +118,7 @@ fn constants() -> String {
     let floats = [
         ("LTC_ALPHA_MIN", ALPHA_MIN),
         ("SEAM", SEAM),
+        ("SHARE", SHARE),
         ("SLACK", SLACK),
         ("SKIP_SHARE", SKIP_SHARE),
         ("ROUNDING", ROUNDING),
