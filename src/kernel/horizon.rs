@@ -10,9 +10,6 @@ use super::lanes::{Lanes, Mask, Real, Vector};
 use super::map::{CosineMap, PlanePoint};
 use glam::Vec2;
 
-/// Rounding of a height in f32, relative to the sum of its terms: 16 half-steps.
-pub const MARGIN: f32 = 2e-6;
-
 /// The height over a plane through the origin of cosine space, as a function of the light's plane.
 #[derive(Clone, Copy, Debug)]
 pub struct Height<L: Lanes = f32> {
@@ -36,7 +33,7 @@ impl<L: Lanes> Height<L> {
     #[inline(always)]
     pub fn new(map: &CosineMap<L>, form: L::Vec3) -> Self {
         let reach = form.x().abs() * (map.foot.x().abs() + 1.0) + form.y().abs() * (map.foot.y().abs() + 1.0);
-        Self { form, margin: (reach + form.z().abs()) * MARGIN }
+        Self { form, margin: (reach + form.z().abs()) * L::MARGIN }
     }
 
     /// The height over z = 0.

@@ -4,7 +4,7 @@ use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
 use crate::brdf::ltc::{ALPHA_MIN, Table};
 use crate::kernel::cluster::{HALF, INDEX_MASK, MOST_LISTED, ROUNDING, SINGLE};
 use crate::kernel::curve::NEAREST_IMAGE;
-use crate::kernel::horizon::MARGIN;
+use crate::kernel::lanes::Lanes;
 use crate::kernel::map::FOOT_LIMIT;
 use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
 use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
@@ -122,7 +122,7 @@ fn constants() -> String {
         ("SLACK", SLACK),
         ("SKIP_SHARE", SKIP_SHARE),
         ("ROUNDING", ROUNDING),
-        ("MARGIN", MARGIN),
+        ("MARGIN", f32::MARGIN),
         ("FOOT_LIMIT", FOOT_LIMIT as f32),
         ("PAL_BIAS", pal::BIAS),
         ("PAL_NEAR", pal::NEAR),
