@@ -120,7 +120,7 @@ impl Seen {
             // In cosine space, which is stretched, each image is rounded once more.
             let stretched = map.c[2].length() + half * map.c[0].length().max(map.c[1].length());
             map.c[2] += DVec3::new(by(1), by(2), by(0)) * (4.0 * f64::EPSILON * stretched / step);
-            let exact = rough_integral(&map, &case.stage.shape).clamp(0.0, 1.0);
+            let exact = exact_integral(&map, &case.stage.shape).clamp(0.0, 1.0);
             (low, high) = (low.min(exact), high.max(exact));
         }
         value >= low - within && value <= high + within
