@@ -70,12 +70,11 @@ fn integral<R: Real>(map: &ExactMap, shape: &Shape, effort: Effort) -> f64 {
     // A true horizon that is z = 0 itself must not be closed twice.
     let apart = |n: &DVec3| n.x.hypot(n.y) > 1e-13 * n.z.abs();
     let normals: Vec<DVec3> = [Some(DVec3::Z), map.horizon.filter(apart)].into_iter().flatten().collect();
-    let heights: Vec<_> = normals.iter().map(|n| map.c.map(|c| c.dot(*n))).collect();
-    let mut crossings: Vec<Vec<Crossing>> = vec![Vec::new(); heights.len()];
+    let mut crossings: Vec<Vec<Crossing>> = vec![Vec::new(); normals.len()];
     let mut sum = 0.0;
     for contour in shape.contours() {
         for curve in contour.curves() {
-            sum += curve_above::<R>(map, curve, &heights, &mut crossings, effort);
+            sum += curve_above::<R>(map.c, curve, &normals, &mut crossings, effort);
         }
     }
     for (i, list) in crossings.iter_mut().enumerate() {
@@ -106,9 +105,9 @@ struct Crossing {
 struct Cubic<R>([R; 4]);
 
 impl<R: Real> Cubic<R> {
-    /// The polynomial a·x(t) + b·y(t) + c over a curve. Coefficients are formed in double-double.
-    fn new(curve: &CubicBez, [a, b, c]: [f64; 3]) -> Self {
-        let v = curve.points().map(|p| at(p, [a, b, c]));
+    /// The polynomial of a linear function of points over a curve. Coefficients are formed in double-double.
+    fn new(curve: &CubicBez, of: impl Fn(DVec2) -> TwoFloat) -> Self {
+        let v = curve.points().map(of);
         let (d0, d1, d2) = (v[1] - v[0], v[2] - v[1], v[3] - v[2]);
         let (e0, e1) = (d1 - d0, d2 - d1);
         Self([v[0], d0 * 3.0, e0 * 3.0, e1 - e0].map(R::from))
@@ -162,6 +161,12 @@ fn at(p: DVec2, [a, b, c]: [f64; 3]) -> TwoFloat {
     TwoFloat::new_mul(a, p.x) + TwoFloat::new_mul(b, p.y) + c
 }
 
+/// The height of a point over the plane with a normal, double-double: where planes nearly coincide and pass near the point, their
+/// heights would round together.
+fn height_at(p: DVec2, c: [DVec3; 3], normal: DVec3) -> TwoFloat {
+    at(p, c.map(|v| v.x)) * normal.x + at(p, c.map(|v| v.y)) * normal.y + at(p, c.map(|v| v.z)) * normal.z
+}
+
 /// The polynomials of a curve in cosine space.
 struct Path<R> {
     x: Cubic<R>,
@@ -172,9 +177,9 @@ struct Path<R> {
 impl<R: Real> Path<R> {
     fn new(c: [DVec3; 3], curve: &CubicBez) -> Self {
         Self {
-            x: Cubic::new(curve, c.map(|v| v.x)),
-            y: Cubic::new(curve, c.map(|v| v.y)),
-            z: Cubic::new(curve, c.map(|v| v.z)),
+            x: Cubic::new(curve, |p| at(p, c.map(|v| v.x))),
+            y: Cubic::new(curve, |p| at(p, c.map(|v| v.y))),
+            z: Cubic::new(curve, |p| at(p, c.map(|v| v.z))),
         }
     }
 
@@ -207,21 +212,22 @@ impl<R: Real> Path<R> {
 
 /// Integrates a curve's parts above all horizons and notes its crossings.
 fn curve_above<R: Real>(
-    map: &ExactMap,
+    c: [DVec3; 3],
     curve: &CubicBez,
-    heights: &[[f64; 3]],
+    normals: &[DVec3],
     crossings: &mut [Vec<Crossing>],
     effort: Effort,
 ) -> f64 {
-    let path = Path::<R>::new(map.c, curve);
+    let path = Path::<R>::new(c, curve);
     // t and the horizon, and which horizons the start is above.
     let mut cuts: Vec<(TwoFloat, usize)> = Vec::new();
     let mut above: Vec<bool> = Vec::new();
-    for (i, &h) in heights.iter().enumerate() {
-        let height = Cubic::<TwoFloat>::new(curve, h);
+    for (i, &normal) in normals.iter().enumerate() {
+        let height_of = |p| height_at(p, c, normal);
+        let height = Cubic::<TwoFloat>::new(curve, height_of);
         // Shared end points are judged from the point alone, the same for both curves that meet there.
-        let start = f64::from(at(curve.p0, h)) > 0.0;
-        let end = f64::from(at(curve.p3, h)) > 0.0;
+        let start = f64::from(height_of(curve.p0)) > 0.0;
+        let end = f64::from(height_of(curve.p3)) > 0.0;
         above.push(start);
         let mut stops = height.extrema();
         stops.push(1.0);
