@@ -2,14 +2,14 @@
 //!
 //! The floor of a 1024 × 1024 picture, alpha 0.25, lights standing 0.15 m above it. Every light goes the same way; the
 //! rectangle is the unit to compare with. `integral` times the integral alone on one thread, in blocks of 4 × 4 pixels spread over
-//! the picture; `picture` the whole shading stage of a metal floor on each backend; `lights` that of a floor under 1 to 1000
+//! the picture; `far` the same of more and more glyphs far away; `picture` the whole shading stage of a metal floor on each backend; `lights` that of a floor under 1 to 1000
 //! signs, clustered and one by one. Run: `cargo bench --bench integral`. What each technique takes, and how wrong it is,
 //! `glyphlight bench` tells.
 
 #![allow(clippy::print_stdout, reason = "a backend that is skipped is said aloud")]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use glam::DVec3;
+use glam::{DAffine2, DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::emitter::Emitter;
 use glyphlight::backend::gather::Images;
@@ -19,11 +19,13 @@ use glyphlight::backend::{Backend, BackendError, Settings, Skips};
 use glyphlight::brdf::ltc::Table;
 use glyphlight::kernel::frame::ShadingFrame;
 use glyphlight::kernel::packet::{MAX_LANES, Processor};
+use glyphlight::light::Placement;
 use glyphlight::outline::font::Font;
 use glyphlight::outline::text::{TextStyle, layout};
 use glyphlight::scene::signs::{SignsOptions, signs};
 use glyphlight::scene::trial::{self, Finish, Trial};
 use glyphlight::scene::{Material, Scene};
+use glyphlight::shape::Shape;
 use std::hint::black_box;
 use std::time::Duration;
 
@@ -105,6 +107,35 @@ fn integral(c: &mut Criterion) {
     }
 }
 
+/// Paragraphs 20 m behind the floor that is lit: with twice the glyphs of the same size, and with twice the glyphs on the same area.
+fn far(c: &mut Criterion) {
+    for (lobe, lobes) in [("specular", true), ("diffuse", false)] {
+        let mut group = c.benchmark_group(format!("far, {lobe}, tolerance 1e-3"));
+        for (name, same_area) in [("same size", false), ("same area", true)] {
+            for copies in [1_i32, 2, 4, 8] {
+                let mut scene = scene(Trial::Paragraph);
+                let light = &mut scene.lights[0];
+                let one = light.layers[0].shape.clone();
+                let height = one.bounds().size().y * 1.1;
+                let stacked = (0..copies).flat_map(|k| {
+                    let up = DAffine2::from_translation(DVec2::new(0.0, height * f64::from(k)));
+                    one.transformed(up).contours().iter().map(|c| c.curves().to_vec()).collect::<Vec<_>>()
+                });
+                light.layers[0].shape = Shape::from_contours(stacked.collect()).expect("contours");
+                let size = if same_area { 1.0 / f64::from(copies).sqrt() } else { 1.0 };
+                light.placement = Placement::new(DVec3::new(0.0, 0.0, -20.0), DVec3::ZERO, DVec2::splat(size));
+                let prepared = Prepared::new(&scene, &settings(1e-3)).expect("a scene");
+                let points = floor_points(&prepared);
+                group.throughput(Throughput::Elements(points.len() as u64));
+                group.bench_function(BenchmarkId::new(name, 100 * copies), |b| {
+                    b.iter(|| black_box(integrate(&prepared.emitters[0], black_box(&points), 1e-3, lobes)));
+                });
+            }
+        }
+        group.finish();
+    }
+}
+
 /// The shading stage of whole pictures.
 fn picture(c: &mut Criterion) {
     let mut backends: Vec<(&str, Box<dyn Backend>)> = vec![("cpu", Box::new(CpuBackend))];
@@ -178,5 +209,5 @@ fn gpu() -> Result<Box<dyn Backend>, BackendError> {
     Err(BackendError::NoAdapter("built without the feature `gpu`".into()))
 }
 
-criterion_group!(benches, integral, picture, lights_together);
+criterion_group!(benches, integral, far, picture, lights_together);
 criterion_main!(benches);
