@@ -194,7 +194,7 @@ impl<L: Lanes> Horizon<L> {
         let across = n - axis * n.dot(axis);
         let length = across.length_squared().sqrt();
         let none = Self::nowhere(map.depth);
-        let distance = L::select(length.is_positive(), map.depth.abs() / length, none.height.margin);
+        let distance = L::select(length.is_positive(), map.depth.abs() / length, length.splat(0.0));
         let back = across * map.depth.splat(-1.0).copysign(-map.depth);
         let slope = along.cross(back).unit_or_zero().z();
         let choose = |yes: L, no: L| L::select(cuts, yes, no);

@@ -375,9 +375,8 @@ impl<'a, P: PlanePoint> Lobe<'a, P> {
         tolerance: P::Lanes,
         lanes: <P::Lanes as Real>::Mask,
     ) -> Self {
-        let [zero, none] = [map.depth.splat(0.0), map.depth.splat(0.0)];
-        let start = zero.index(0);
-        Self { map, horizons, tolerance, lanes, next: start, contour: zero, region: none, visited: start }
+        let (zero, start) = (map.depth.splat(0.0), map.depth.index(0));
+        Self { map, horizons, tolerance, lanes, next: start, contour: zero, region: zero, visited: start }
     }
 
     /// Adds where `mask` holds.
