@@ -222,4 +222,6 @@ fn add_to_pixel(pixel: u32, sums: Sums) {
     let nodes_before = pixels[pixel].nodes;
     pixels[pixel].nodes = nodes_before + sums.visited;
     pixels[pixel].samples += 1u + select(0u, 0x10000u, nodes_before + sums.visited < nodes_before);
+    let bytes_before = pixels[pixel].bytes.x;
+    pixels[pixel].bytes += vec2u(loaded, u32(bytes_before + loaded < bytes_before));
 }

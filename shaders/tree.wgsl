@@ -92,6 +92,7 @@ fn expansion_derivatives(map: CosineMap, e: Expansion) -> Derivatives {
 // k*m0 + grad k*m1 + 1/2 H:m2.
 fn region_integral(map: CosineMap, e: Expansion, i: u32) -> f32 {
     let d = expansion_derivatives(map, e);
+    loaded += 24u;
     let first = d.gradient.x * nodes[i].m1[0] + d.gradient.y * nodes[i].m1[1];
     let second = d.curvature.x * nodes[i].m2[0] + d.curvature.y * nodes[i].m2[1] + d.curvature.z * nodes[i].m2[2];
     return d.value * nodes[i].m0 + first + second;
@@ -195,6 +196,7 @@ fn tree_integral(
             half = (high - low) * 0.5;
             centroid = a + chord * 0.5 + (h0 - h1) * (0.375 * 0.4);
         } else {
+            loaded += 40u;
             link = nodes[i].link;
             a = nodes[i].a - map.foot;
             b = nodes[i].b - map.foot;
@@ -216,6 +218,7 @@ fn tree_integral(
                 index *= 2u;
             } else if kind == CUBIC {
                 let ends = handles[emitter.first_detail + (link & LINK_MASK)];
+                loaded += 16u;
                 let p1 = ends.p1 - map.foot;
                 let p2 = ends.p2 - map.foot;
                 leaf = Cubic(a, b, p1 - a, p2 - p1, b - p2);

@@ -31,7 +31,7 @@ macro_rules! files {
 }
 
 /// What every technique needs to find its integrals.
-const LIGHTS: &[&str] = files!("types" "ltc" "frame" "body" "map" "edge" "horizon" "shade");
+const LIGHTS: &[&str] = files!("types" "wide" "ltc" "frame" "body" "map" "edge" "horizon" "shade");
 
 /// What evaluates the integrals of a technique: the function `gather`.
 fn technique(name: &str) -> &'static [&'static str] {
@@ -39,10 +39,10 @@ fn technique(name: &str) -> &'static [&'static str] {
         "kuge" => files!("cubic" "curve" "roots" "subdivide" "picture" "gather_contour" "gather_kuge"),
         "uniform" => files!("cubic" "curve" "polygon" "picture" "gather_contour" "gather_uniform"),
         "quad" => files!("quad" "picture" "gather_contour" "gather_quad"),
-        "textured" => files!("cubic" "tree" "picture" "gather_contour" "gather_textured"),
+        "textured" => files!("cubic" "tree" "near" "picture" "gather_near" "gather_textured"),
         "pal" => files!("pal" "picture" "gather_pal"),
         "representative" => files!("representative" "picture" "gather_representative"),
-        _ => files!("cubic" "tree" "mosaic" "gather_contour" "gather_tree"),
+        _ => files!("cubic" "tree" "near" "mosaic" "gather_near" "gather_tree"),
     }
 }
 
@@ -81,6 +81,11 @@ pub fn meter(name: &str) -> Source {
     concatenate("meter", &[LIGHTS, technique(name), files!("meter")])
 }
 
+/// Work for the clocks to be compared by: `spin`.
+pub fn clock() -> Source {
+    Source { name: "clock", code: files!("clock").concat() }
+}
+
 /// The constants that Rust owns.
 fn constants() -> String {
     let [alphas, thetas] = Table::shipped().size();
@@ -115,7 +120,10 @@ fn constants() -> String {
         ("LTC_THETAS", thetas as u32),
     ];
     let mut code: String = unsigned.iter().map(|(name, value)| format!("const {name}: u32 = {value}u;\n")).collect();
+    let first = ALPHA_MIN.sqrt();
     let floats = [
+        ("LTC_FIRST", first),
+        ("LTC_STEPS", (alphas - 1) as f32 / (1.0 - first)),
         ("LTC_ALPHA_MIN", ALPHA_MIN),
         ("SEAM", SEAM),
         ("SLACK", SLACK),
