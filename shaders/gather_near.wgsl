@@ -14,7 +14,7 @@ fn gather(
     var close = false;
     if NEAR && needs_digits(emitter, near.map, lobe) {
         near = near_map(emitter, images, lobe);
-        close = is_close(near.map);
+        close = is_close(near.map, lobe);
     }
     if near.map.depth == 0.0 {
         return skipped_for(SKIP_BEHIND);

@@ -4,6 +4,10 @@
 @group(0) @binding(6) var<storage, read> nodes: array<Node>;
 @group(0) @binding(7) var<storage, read> handles: array<Handles>;
 
+fn has_mosaic(emitter: Emitter) -> bool {
+    return false;
+}
+
 fn clip_emission(emitter: Emitter, map: CosineMap, lobe: Lobe) -> Clip {
     let root = emitter.first;
     loaded += 16u;

@@ -77,6 +77,8 @@ fn mosaic_integral(
         let brightest = max(mean.x, max(mean.y, mean.z));
         if brightest > 0.0 {
             loaded += 12u;
+            // The tiles' trees have no shared top.
+            top = NO_TOP;
             var tile = emitter;
             tile.first = emitter.first + tiles[i].first_node;
             tile.end = emitter.first + tiles[i].end_node;

@@ -4,19 +4,24 @@
 
 // Distance from the light's plane over its half-width, in cosine space, below which coordinates need their low parts.
 const CLOSE: f32 = 0.00390625;
-// Widest lobe whose axis needs more digits than the f32 frame has: 1e-7 of a radian is 1e-6 of its width.
-const NARROW: f32 = 0.1;
 
 // Whether the light comes so near the origin, or the lobe's footprint on it is so small, that the rounding of the light's
-// coordinates to f32 would show.
-fn is_close(map: CosineMap) -> bool {
-    return max(map.gram.x, map.gram.z) * (CLOSE * CLOSE) * dot(map.normal, map.normal) > map.depth * map.depth;
+// coordinates to f32 would show. Of a needle it is the distance of the whole plane that counts, for in a space so stretched
+// the foot, once it is kept near the light, may be far.
+fn is_close(map: CosineMap, lobe: Lobe) -> bool {
+    let reach = max(map.gram.x, map.gram.z) * (CLOSE * CLOSE);
+    return select(reach > dot(map.c2, map.c2), reach * dot(map.normal, map.normal) > map.depth * map.depth, is_narrow(lobe));
+}
+
+// Whether a lobe's axis needs more digits than the f32 frame has.
+fn is_narrow(lobe: Lobe) -> bool {
+    return lobe.alpha > 0.0 && lobe.alpha < NARROW;
 }
 
 // Whether the map of a lobe needs more digits than cosine_map has. What that says of its depth may be off by rounding.
 fn needs_digits(emitter: Emitter, map: CosineMap, lobe: Lobe) -> bool {
     let flat = !BODIES || emitter.form < FORM_SPHERE;
-    return flat && (map.depth == 0.0 || (lobe.alpha > 0.0 && lobe.alpha < NARROW) || is_close(map));
+    return flat && (map.depth == 0.0 || is_narrow(lobe) || is_close(map, lobe));
 }
 
 // A map with its foot to twice the digits.
@@ -47,9 +52,21 @@ fn near_map(emitter: Emitter, images: Images, lobe: Lobe) -> NearMap {
     let axis_y = widened3(emitter.y * unit);
     let apart = wide_sum3(emitter.center, -images.seen.position);
     let center = Wide3(apart.hi * unit, apart.lo * unit);
-    let c0 = apply_rows(row_x, row_y, row_z, axis_x);
-    let c1 = apply_rows(row_x, row_y, row_z, axis_y);
-    let middle = apply_rows(row_x, row_y, row_z, center);
+    // A loop and not three calls, here and below: compilers unroll nothing whose end they don't know, and code as long as this takes
+    // them seconds.
+    var vectors = array(axis_x, axis_y, center);
+    for (var k = frame.zero; k < 3u; k++) {
+        let v = vectors[k];
+        var p = array<Wide, 3>();
+        var rows = array(row_x, row_y, row_z);
+        for (var r = frame.zero; r < 3u; r++) {
+            p[r] = wide_dot(rows[r], v);
+        }
+        vectors[k] = Wide3(vec3f(p[0].hi, p[1].hi, p[2].hi), vec3f(p[0].lo, p[1].lo, p[2].lo));
+    }
+    let c0 = vectors[0];
+    let c1 = vectors[1];
+    let middle = vectors[2];
     let normal = wide_cross(c0, c1);
     let depth = wide_times(wide_front(emitter, images.seen), Wide(lobe_determinant(lobe), 0.0));
     var near: NearMap;
@@ -66,7 +83,7 @@ fn near_map(emitter: Emitter, images: Images, lobe: Lobe) -> NearMap {
     // The foot to f32, and again from what is left.
     var foot = Wide2();
     var c2 = middle;
-    for (var k = 0u; k < 3u; k++) {
+    for (var k = frame.zero; k < 3u; k++) {
         // (h0*g11 - h1*g01) = -(c2 . (c0*g11 - c1*g01)), as a triple product: c0*g11 - c1*g01 = c1 x (c0 x c1) up to its sign.
         let along = vec2f(dot(cross(c1.hi, normal.hi), c2.hi), dot(cross(normal.hi, c0.hi), c2.hi));
         let step = -along / area2;
@@ -92,13 +109,6 @@ fn near_map(emitter: Emitter, images: Images, lobe: Lobe) -> NearMap {
     let at_foot = wide_add3(center, wide_add3(foot_x, wide_scale3(axis_y, Wide(foot.hi.y, foot.lo.y))));
     near.map.surface = vec3f(wide_dot(z, axis_x).hi, wide_dot(z, axis_y).hi, wide_dot(z, at_foot).hi);
     return near;
-}
-
-fn apply_rows(x: Wide3, y: Wide3, z: Wide3, v: Wide3) -> Wide3 {
-    let p = wide_dot(x, v);
-    let q = wide_dot(y, v);
-    let r = wide_dot(z, v);
-    return Wide3(vec3f(p.hi, q.hi, r.hi), vec3f(p.lo, q.lo, r.lo));
 }
 
 // A point of tree space relative to the foot.
@@ -166,16 +176,20 @@ fn near_edge_above(map: CosineMap, clip: Clip, place: u32, a: Wide2, b: Wide2) -
         if clip.planes < 2u {
             return 0.0;
         }
+        var plane = clip.first;
         if place == PLACE_BELOW {
-            return plane_far_crossing(clip.second) * near_far_sign(clip.second.height, a, b);
+            plane = clip.second;
         }
-        return plane_far_crossing(clip.first) * near_far_sign(clip.first.height, a, b);
+        return plane_far_crossing(plane) * near_far_sign(plane.height, a, b);
     }
     var cut = NearCut(Wide(0.0, 0.0), Wide(1.0, 0.0), 0.0);
     if place == PLACE_CUT {
-        cut = near_cut_at(map, clip.first, cut, a, b);
-        if clip.planes == 2u {
-            cut = near_cut_at(map, clip.second, cut, a, b);
+        for (var k = 0u; k < clip.planes; k++) {
+            var plane = clip.first;
+            if k == 1u {
+                plane = clip.second;
+            }
+            cut = near_cut_at(map, plane, cut, a, b);
         }
         if !(cut.start.hi < cut.end.hi) {
             return cut.closing;
@@ -211,15 +225,21 @@ fn near_cubic_point(c: NearCubic, t: f32) -> Wide2 {
     let e0 = wide_add2(c.d1, wide_negate2(c.d0));
     let e1 = wide_add2(c.d2, wide_negate2(c.d1));
     let e = wide_add2(e1, wide_negate2(e0));
-    let three = Wide(3.0, 0.0);
+    // From the nearer end.
+    var point = c.p3;
+    var first = c.d2;
+    var second = e1;
+    var at = Wide(-s, 0.0);
     if t < s {
-        let quadratic = wide_add2(wide_scale2(e0, three), wide_scale2(e, Wide(t, 0.0)));
-        let linear = wide_add2(wide_scale2(c.d0, three), wide_scale2(quadratic, Wide(t, 0.0)));
-        return wide_add2(c.p0, wide_scale2(linear, Wide(t, 0.0)));
+        point = c.p0;
+        first = c.d0;
+        second = e0;
+        at.hi = t;
     }
-    let quadratic = wide_add2(wide_scale2(e1, three), wide_scale2(e, Wide(-s, 0.0)));
-    let linear = wide_add2(wide_scale2(c.d2, three), wide_scale2(quadratic, Wide(-s, 0.0)));
-    return wide_add2(c.p3, wide_scale2(linear, Wide(-s, 0.0)));
+    let three = Wide(3.0, 0.0);
+    let quadratic = wide_add2(wide_scale2(second, three), wide_scale2(e, at));
+    let linear = wide_add2(wide_scale2(first, three), wide_scale2(quadratic, at));
+    return wide_add2(point, wide_scale2(linear, at));
 }
 
 // What f32 lost of the ends of a chord: two nodes share an element, before the handles.

@@ -5,6 +5,13 @@ const PLACE_CUT: u32 = 1u;
 // Wholly below the first horizon, and the next value below the second.
 const PLACE_BELOW: u32 = 2u;
 
+// Past all nodes.
+const NO_NODE: u32 = 0xffffffffu;
+// No top is shared: see top.wgsl. The pass has a function `top_node`, which gives the nodes of tops, each up to NO_NODE.
+const NO_TOP: u32 = 0xffffffffu;
+// Where the shared top of the next tree to be walked begins.
+var<private> top: u32 = 0xffffffffu;
+
 // A value and what it cost.
 struct Integral {
     // Normalised: 1 for a full hemisphere.
@@ -162,12 +169,26 @@ fn tree_integral(
     var region = 0.0;
     var visited = 0u;
     var i = emitter.first;
+    // The next node that is refined for the whole workgroup.
+    var at_top = top;
+    var refined = NO_NODE;
+    if at_top != NO_TOP {
+        refined = top_node(at_top);
+    }
     // Inside a leaf: piece `index` of 2^level, from `a`.
     var leaf: Cubic;
     var level = 0u;
     var index = 0u;
     var a: vec2f;
-    while i < emitter.end {
+    while true {
+        while i == refined {
+            i += 1u;
+            at_top += 1u;
+            refined = top_node(at_top);
+        }
+        if i >= emitter.end {
+            break;
+        }
         visited += 1u;
         let piece = level > 0u;
         var link = CUBIC;

@@ -199,9 +199,7 @@ impl Session for GpuSession<'_> {
                 painter.renew(&contents)?;
                 painter
             }
-            None => {
-                Painter::new(&backend.device, &backend.layouts, clock, &contents, &frame, triangles, counters)?
-            }
+            None => Painter::new(&backend.device, &backend.layouts, clock, &contents, &frame, triangles, counters)?,
         };
         backend.device.wait()?;
         watch.lap("upload");

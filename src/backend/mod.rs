@@ -9,6 +9,7 @@ pub mod features;
 pub mod gather;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+mod near;
 pub mod packets;
 pub mod prepared;
 pub mod reference;

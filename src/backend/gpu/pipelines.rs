@@ -111,7 +111,7 @@ impl Layouts {
     /// The passes of a picture.
     pub fn pipelines(&self, device: &Device, features: Features) -> Pipelines {
         let layout = pipeline_layout(device, &[&self.scene, &self.tile]);
-        let constants = [
+        let mut constants = vec![
             ("DIFFUSE", flag(features.diffuse)),
             ("SPECULAR", flag(features.specular)),
             ("SKIP_LOBES", flag(features.skips.lobes)),
@@ -121,11 +121,15 @@ impl Layouts {
             ("TILES", flag(features.skips.by_tile() || features.skips.clusters)),
             ("CLUSTERS", flag(features.skips.clusters)),
             ("TEXTURES", flag(features.textures)),
+            ("NEAR", flag(features.near)),
             ("PICTURES", flag(features.pictures)),
             ("BODIES", flag(features.bodies)),
             ("TRUE_HORIZON", flag(features.true_horizon)),
             ("HORIZONS", flag(features.horizons)),
         ];
+        if source::has_tops(features.technique) {
+            constants.push(("TOPS", flag(features.tops)));
+        }
         Pipelines {
             gbuffer: self.gbuffer_pipeline(device),
             light: compute(device, &source::light(features.technique), Some(&layout), "light_pixels", &constants),

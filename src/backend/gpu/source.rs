@@ -1,6 +1,8 @@
 //! The shaders, put together from `shaders/*.wgsl`: plain concatenation, with the constants that Rust owns in front.
 
 use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
+use crate::backend::features::TOPPED;
+use crate::backend::near::NARROW;
 use crate::brdf::ltc::{ALPHA_MIN, Table};
 use crate::kernel::cluster::{HALF, INDEX_MASK, MOST_LISTED, ROUNDING, SINGLE};
 use crate::kernel::curve::NEAREST_IMAGE;
@@ -46,6 +48,11 @@ fn technique(name: &str) -> &'static [&'static str] {
     }
 }
 
+/// Whether the techniques of that name walk trees, whose top the points of a workgroup share.
+pub fn has_tops(name: &str) -> bool {
+    matches!(name, "tree" | "textured")
+}
+
 fn concatenate(name: &'static str, files: &[&[&str]]) -> Source {
     Source {
         name,
@@ -70,7 +77,9 @@ pub fn light(name: &str) -> Source {
         &[
             LIGHTS,
             technique(name),
-            files!("surface" "reflect" "nearest" "tile" "skips" "cluster" "cluster_list" "light_list" "light"),
+            files!("surface" "reflect" "nearest" "tile" "skips" "cluster" "cluster_list" "light_list"),
+            if has_tops(name) { files!("top") } else { files!("no_top") },
+            files!("light"),
         ],
     )
 }
@@ -90,6 +99,7 @@ pub fn clock() -> Source {
 fn constants() -> String {
     let [alphas, thetas] = Table::shipped().size();
     let unsigned = [
+        ("TOPPED", TOPPED as u32),
         ("SINGLE", SINGLE),
         ("HALF", HALF),
         ("INDEX_MASK", INDEX_MASK),
@@ -125,6 +135,7 @@ fn constants() -> String {
         ("LTC_FIRST", first),
         ("LTC_STEPS", (alphas - 1) as f32 / (1.0 - first)),
         ("LTC_ALPHA_MIN", ALPHA_MIN),
+        ("NARROW", NARROW),
         ("SEAM", SEAM),
         ("SLACK", SLACK),
         ("SKIP_SHARE", SKIP_SHARE),

@@ -7,9 +7,7 @@ use super::layout::{Frame, Pixel};
 use super::pipelines::{DEPTH_FORMAT, Layouts, Pipelines, VISIBILITY_FORMAT};
 use crate::backend::BackendError;
 use glam::{DVec2, UVec2, Vec2, Vec4};
-use wgpu::{
-    BindGroup, Buffer, CommandEncoder, ComputePassTimestampWrites, TextureFormat, TextureUsages, TextureView,
-};
+use wgpu::{BindGroup, Buffer, CommandEncoder, ComputePassTimestampWrites, TextureFormat, TextureUsages, TextureView};
 
 /// Longest side of a tile, pixels.
 const LONGEST: u32 = 1024;
