@@ -7,6 +7,8 @@ struct ShadingFrame {
     z: vec3f,
     // cos theta of the view direction, 0 to 1. A view from below the surface counts as grazing.
     cos_theta: f32,
+    // Towards the eye, as given.
+    view: vec3f,
 }
 
 // From a unit normal and a unit vector towards the eye.
@@ -22,7 +24,15 @@ fn shading_frame(normal: vec3f, view: vec3f) -> ShadingFrame {
         // Along the normal every tangent serves: lobes there are round.
         x = any_orthonormal_vector(normal);
     }
-    return ShadingFrame(x, cross(normal, x), normal, clamp(cos_theta, 0.0, 1.0));
+    return ShadingFrame(x, cross(normal, x), normal, clamp(unit_cosine(normal, view), 0.0, 1.0), view);
+}
+
+// The cosine between two vectors whose lengths are 1 but for their rounding, rounded once: the axis of a needle follows its last
+// digit.
+fn unit_cosine(a: vec3f, b: vec3f) -> f32 {
+    let lengths = wide_dot(widened3(a), widened3(a)).hi - 1.0 + (wide_dot(widened3(b), widened3(b)).hi - 1.0);
+    let cosine = wide_dot(widened3(a), widened3(b));
+    return cosine.hi + (cosine.lo - 0.5 * lengths * cosine.hi);
 }
 
 // Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin 2017, "Building an Orthonormal Basis, Revisited".

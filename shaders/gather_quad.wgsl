@@ -15,6 +15,7 @@ fn integrate_emission(
     tolerance: f32,
     budget: ptr<function, Budget>,
 ) -> Gathered {
+    loaded += 8u;
     let value = quad_integral(map, clip, quads[emitter.first].half);
     return painted(lit(images, value, QUAD_EDGES), emitter, map);
 }

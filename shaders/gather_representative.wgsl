@@ -12,6 +12,7 @@ fn gather(
     budget: ptr<function, Budget>,
 ) -> Gathered {
     let solid = solids[emitter.first];
+    loaded += 24u;
     let body = body_of(solid, images.center, images.x, images.y);
     var value: f32;
     if lobe.alpha > 0.0 {

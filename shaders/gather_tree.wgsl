@@ -14,7 +14,25 @@ fn clip_emission(emitter: Emitter, map: CosineMap, lobe: Lobe) -> Clip {
         center = tiles[emitter.picture].center;
         half = tiles[emitter.picture].half;
     }
+    loaded += 16u;
     return clip_light(map, lobe.row_z, center - map.foot, half);
+}
+
+// Pictures are walked in f32, on the CPU as well.
+fn near_emission(
+    emitter: Emitter,
+    images: Images,
+    lobe: Lobe,
+    near: NearMap,
+    clip: Clip,
+    tolerance: f32,
+    budget: ptr<function, Budget>,
+) -> Gathered {
+    if has_mosaic(emitter) {
+        return integrate_emission(emitter, images, lobe, near.map, clip, tolerance, budget);
+    }
+    let integral = near_tree_integral(near, clip, emitter, tolerance, budget);
+    return lit(images, integral.value, integral.visited);
 }
 
 fn integrate_emission(

@@ -52,6 +52,7 @@ fn light_pixels(
             count_skips(row, frame.lights, array<u32, SKIP_REASONS>(clusters_visited, 0u, 0u, 0u, 0u, 0u, 0u, 0u));
         }
     }
+    prepare_gather(local, there, position, shading, weights, tolerance);
     for (var first = 0u; first < frame.emitters; first += CHUNK) {
         if TILES {
             list_lights(local, row, first, tile, skipped);
@@ -98,7 +99,7 @@ fn add_lights(
                 light = emitter.light;
             }
             let wanted = ((lobes[0] >> bit) & 1u) | (((lobes[1] >> bit) & 1u) << 1u);
-            add_light(emitter, wanted, position, shading, weights, tolerance, budget, sums, &reasons);
+            add_light(emitter, first + word * 32u + bit, wanted, position, shading, weights, tolerance, budget, sums, &reasons);
         }
     }
     count_skips(row, light, reasons);
@@ -162,10 +163,11 @@ fn add_clusters(
                 }
             }
             if singles != 0u {
-                let emitter = emitters[clusters[i].link & INDEX_MASK];
+                let index = clusters[i].link & INDEX_MASK;
+                let emitter = emitters[index];
                 var reasons = array<u32, SKIP_REASONS>();
                 reasons[7] = countOneBits(singles);
-                add_light(emitter, singles, position, shading, weights, tolerance, budget, sums, &reasons);
+                add_light(emitter, index, singles, position, shading, weights, tolerance, budget, sums, &reasons);
                 count_skips(row, emitter.light, reasons);
             }
         }
@@ -173,9 +175,10 @@ fn add_clusters(
     count_skips(row, frame.lights, array<u32, SKIP_REASONS>(0u, visited, whole, 0u, 0u, 0u, 0u, 0u));
 }
 
-// Adds what a point reflects of one light by the lobes that are wanted, a bit for each.
+// Adds what a point reflects of one light, that of an index, by the lobes that are wanted, a bit for each.
 fn add_light(
     emitter: Emitter,
+    index: u32,
     wanted: u32,
     position: vec3f,
     shading: ShadingFrame,
@@ -207,6 +210,7 @@ fn add_light(
             (*reasons)[2] += 1u;
             continue;
         }
+        begin_gather(index, k);
         let gathered = gather(emitter, images, lobe, tolerance / select(1.0, brightest, brightest > 0.0), budget);
         (*sums).reflected[k] += weight * gathered.value * images.sign;
         (*sums).visited += gathered.visited;
@@ -222,4 +226,6 @@ fn add_to_pixel(pixel: u32, sums: Sums) {
     let nodes_before = pixels[pixel].nodes;
     pixels[pixel].nodes = nodes_before + sums.visited;
     pixels[pixel].samples += 1u + select(0u, 0x10000u, nodes_before + sums.visited < nodes_before);
+    let bytes_before = pixels[pixel].bytes.x;
+    pixels[pixel].bytes += vec2u(loaded, u32(bytes_before + loaded < bytes_before));
 }

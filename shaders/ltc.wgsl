@@ -3,8 +3,9 @@
 // This file depends on the global
 //     ltc_table: array<vec4f>   read-only storage, two per entry, rows of equal alpha:
 //                               ux, uz, beta, tau_x | tau_z, magnitude, fresnel, 0
-// and on the constants LTC_ALPHAS and LTC_THETAS (u32), its size, and LTC_ALPHA_MIN, its smallest alpha, which come
-// from src/brdf/ltc.rs.
+// and on the constants LTC_ALPHAS and LTC_THETAS (u32), its size, LTC_ALPHA_MIN, its smallest alpha, LTC_FIRST, the root of that,
+// and LTC_STEPS, rows per root of alpha, which come from src/brdf/ltc.rs. A needle's axis has the digits of the mirror direction
+// only if every step is rounded as there.
 
 // Whether specular lobes are clipped at the true horizon as well.
 override TRUE_HORIZON: bool = true;
@@ -68,8 +69,7 @@ fn ltc_lobe(alpha_any: f32, cos_theta: f32) -> Lobe {
     let half = sqrt(1.0 - c);
     let s = half * sqrt(1.0 + c);
 
-    let low = sqrt(LTC_ALPHA_MIN);
-    let x = (sqrt(alpha) - low) / (1.0 - low) * f32(LTC_ALPHAS - 1u);
+    let x = (sqrt(alpha) - LTC_FIRST) * LTC_STEPS;
     let y = half * f32(LTC_THETAS - 1u);
     let i = min(u32(x), LTC_ALPHAS - 2u);
     let j = min(u32(y), LTC_THETAS - 2u);

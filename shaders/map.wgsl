@@ -30,6 +30,19 @@ struct Images {
     front: f32,
     // 1, or -1 for a face that hides a part of the faces before it.
     sign: f32,
+    // What they were formed of.
+    seen: Seen,
+}
+
+// A light and a shading point: what the images are formed of, before any rounding.
+struct Seen {
+    // Of the point.
+    position: vec3f,
+    normal: vec3f,
+    // Towards the eye.
+    view: vec3f,
+    // The power of two that the images are scaled by.
+    unit: f32,
 }
 
 // A power of two that brings `largest` to about 1: it changes no digit.
@@ -52,7 +65,18 @@ fn light_images(shading: ShadingFrame, emitter: Emitter, position: vec3f) -> Ima
     images.normal = to_local(shading, emitter.normal * unit * unit);
     images.front = -dot(emitter.normal * unit * unit, center * unit);
     images.sign = 1.0;
+    images.seen = Seen(position, shading.z, shading.view, unit);
+    if NEAR && abs(images.front) < 1e-4 * dot(abs(images.normal), abs(images.center)) {
+        images.front = wide_front(emitter, images.seen).hi;
+    }
     return images;
+}
+
+// The front of a flat light's images with all digits, those of its sign above all.
+fn wide_front(emitter: Emitter, seen: Seen) -> Wide {
+    let apart = wide_sum3(emitter.center, -seen.position);
+    let normal = wide_cross(widened3(emitter.x * seen.unit), widened3(emitter.y * seen.unit));
+    return wide_negate(wide_dot(normal, Wide3(apart.hi * seen.unit, apart.lo * seen.unit)));
 }
 
 // The map of a light through a lobe's inverse matrix. Normal and depth come from the cofactors of the matrix, which keeps

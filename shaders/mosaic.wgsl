@@ -31,6 +31,7 @@ struct ColorIntegral {
 // What a colour's difference to its mean adds: the terms of first and second order.
 fn difference_integral(map: CosineMap, e: Expansion, i: u32) -> vec3f {
     let d = expansion_derivatives(map, e);
+    loaded += 60u;
     return tiles[i].m1_x * d.gradient.x + tiles[i].m1_y * d.gradient.y
         + tiles[i].m2_xx * d.curvature.x + tiles[i].m2_xy * d.curvature.y + tiles[i].m2_yy * d.curvature.z;
 }
@@ -49,6 +50,8 @@ fn mosaic_integral(
     var i = emitter.picture;
     while i < end {
         sum.visited += 1u;
+        // Box, skip and deviation; what else a tile is read for is added there.
+        loaded += 24u;
         let after = emitter.picture + tiles[i].skip;
         let center = tiles[i].center - map.foot;
         let half = tiles[i].half;
@@ -70,8 +73,12 @@ fn mosaic_integral(
             }
         }
         let mean = tiles[i].mean;
+        loaded += 12u;
         let brightest = max(mean.x, max(mean.y, mean.z));
         if brightest > 0.0 {
+            loaded += 12u;
+            // The tiles' trees have no shared top.
+            top = NO_TOP;
             var tile = emitter;
             tile.first = emitter.first + tiles[i].first_node;
             tile.end = emitter.first + tiles[i].end_node;

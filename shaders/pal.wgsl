@@ -35,6 +35,7 @@ fn pal_diffuse(map: CosineMap, first: u32, end: u32, basis: u32) -> PalIntegral 
     var sum = PalIntegral();
     for (var i = first; i < end; i++) {
         let polygon = polygons[i];
+        loaded += 40u;
         let radius = polygon.radius * scale;
         let height = map_point(map, polygon.circle - map.foot).z;
         let occlusion = clamp((height + radius) / (2.0 * radius), 0.0, 1.0);
@@ -61,6 +62,7 @@ fn weighted_place(map: CosineMap, polygon: Polygon, otherwise: vec3f) -> vec3f {
     var place = vec3f();
     var weights = 0.0;
     for (var i = polygon.first; i < polygon.outer; i++) {
+        loaded += 16u;
         let a = map_point(map, edges[i].xy - map.foot);
         let b = map_point(map, edges[i].zw - map.foot);
         let span = length(b - a);
@@ -96,6 +98,7 @@ fn projected_area(map: CosineMap, polygon: Polygon, place: vec3f, back: f32) -> 
     let unit = 1.0 / max(dot(line, line) * near * near, 1e-37);
     var sum = 0.0;
     for (var i = polygon.first; i < polygon.end; i++) {
+        loaded += 16u;
         var a = edges[i].xy - map.foot;
         var b = edges[i].zw - map.foot;
         var ha = form.x * a.x + form.y * a.y + form.z;
@@ -142,6 +145,7 @@ fn pal_specular(map: CosineMap, first: u32, end: u32, alpha: f32, cos_theta: f32
     let exponent = PAL_MIRROR_EXPONENT * (1.0 - sqrt(min(max(alpha, 0.0), 1.0)));
     for (var i = first; i < end; i++) {
         let polygon = polygons[i];
+        loaded += 40u;
         let radius = polygon.radius * scale;
         let offset = (q - polygon.circle) * sides / (PAL_PHI * radius);
         let rim = 1.0 - length(offset);
@@ -169,5 +173,6 @@ fn distance_at(polygon: Polygon, place: vec2f) -> f32 {
 }
 
 fn texel_of(i: u32) -> f32 {
+    loaded += 4u;
     return edges[i >> 2u][i & 3u];
 }

@@ -74,6 +74,7 @@ fn fetch_level(i: u32, place: vec2f) -> vec3f {
 
 fn picture_texel(i: u32) -> vec3f {
     let words = picture_texels[i];
+    loaded += 8u;
     return vec3f(unpack2x16float(words.x), unpack2x16float(words.y).x);
 }
 

@@ -8,6 +8,7 @@ fn uniform_integral(map: CosineMap, clip: Clip, first_curve: u32, end_curve: u32
     var a = corner_at(map, -map.foot);
     for (var k = first_curve; k < end_curve; k++) {
         let curve = local_curve(curves[k], map.foot);
+        loaded += 32u;
         var cut = false;
         if clip.planes != 0u {
             let heights = control_heights(curve, clip.first);

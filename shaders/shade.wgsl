@@ -24,6 +24,9 @@ fn budget_accept(budget: ptr<function, Budget>, bound: f32, tolerance: f32) -> b
     return false;
 }
 
+// Bytes of lights' regions (bindings 6, 7 and 10) that this invocation has loaded: whoever loads them adds them here.
+var<private> loaded: u32;
+
 // Why an integral is zero without having been evaluated.
 const SKIP_NONE: u32 = 0u;
 const SKIP_BEHIND: u32 = 1u;

@@ -7,6 +7,7 @@ fn kuge_integral(map: CosineMap, clip: Clip, first_curve: u32, end_curve: u32, e
     var total = EdgeSum(0.0, 0u);
     for (var k = first_curve; k < end_curve; k++) {
         let curve = local_curve(curves[k], map.foot);
+        loaded += 32u;
         var sum: EdgeSum;
         if is_line(curve) {
             sum = clipped_edge(map, clip, clip.planes != 0u, corner_at(map, curve.p0), corner_at(map, curve.p3));

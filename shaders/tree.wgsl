@@ -5,6 +5,13 @@ const PLACE_CUT: u32 = 1u;
 // Wholly below the first horizon, and the next value below the second.
 const PLACE_BELOW: u32 = 2u;
 
+// Past all nodes.
+const NO_NODE: u32 = 0xffffffffu;
+// No top is shared: see top.wgsl. The pass has a function `top_node`, which gives the nodes of tops, each up to NO_NODE.
+const NO_TOP: u32 = 0xffffffffu;
+// Where the shared top of the next tree to be walked begins.
+var<private> top: u32 = 0xffffffffu;
+
 // A value and what it cost.
 struct Integral {
     // Normalised: 1 for a full hemisphere.
@@ -92,6 +99,7 @@ fn expansion_derivatives(map: CosineMap, e: Expansion) -> Derivatives {
 // k*m0 + grad k*m1 + 1/2 H:m2.
 fn region_integral(map: CosineMap, e: Expansion, i: u32) -> f32 {
     let d = expansion_derivatives(map, e);
+    loaded += 24u;
     let first = d.gradient.x * nodes[i].m1[0] + d.gradient.y * nodes[i].m1[1];
     let second = d.curvature.x * nodes[i].m2[0] + d.curvature.y * nodes[i].m2[1] + d.curvature.z * nodes[i].m2[2];
     return d.value * nodes[i].m0 + first + second;
@@ -161,12 +169,26 @@ fn tree_integral(
     var region = 0.0;
     var visited = 0u;
     var i = emitter.first;
+    // The next node that is refined for the whole workgroup.
+    var at_top = top;
+    var refined = NO_NODE;
+    if at_top != NO_TOP {
+        refined = top_node(at_top);
+    }
     // Inside a leaf: piece `index` of 2^level, from `a`.
     var leaf: Cubic;
     var level = 0u;
     var index = 0u;
     var a: vec2f;
-    while i < emitter.end {
+    while true {
+        while i == refined {
+            i += 1u;
+            at_top += 1u;
+            refined = top_node(at_top);
+        }
+        if i >= emitter.end {
+            break;
+        }
         visited += 1u;
         let piece = level > 0u;
         var link = CUBIC;
@@ -195,6 +217,7 @@ fn tree_integral(
             half = (high - low) * 0.5;
             centroid = a + chord * 0.5 + (h0 - h1) * (0.375 * 0.4);
         } else {
+            loaded += 40u;
             link = nodes[i].link;
             a = nodes[i].a - map.foot;
             b = nodes[i].b - map.foot;
@@ -216,6 +239,7 @@ fn tree_integral(
                 index *= 2u;
             } else if kind == CUBIC {
                 let ends = handles[emitter.first_detail + (link & LINK_MASK)];
+                loaded += 16u;
                 let p1 = ends.p1 - map.foot;
                 let p2 = ends.p2 - map.foot;
                 leaf = Cubic(a, b, p1 - a, p2 - p1, b - p2);

@@ -28,7 +28,9 @@ struct Frame {
     // Number of clusters of lights, and their unit of length over a metre.
     clusters: u32,
     per_metre: f32,
-    pad: vec2u,
+    // 0, which compilers don't know: see wide.wgsl.
+    zero: u32,
+    pad: u32,
 }
 
 struct SurfaceTriangle {
@@ -160,6 +162,8 @@ struct Pixel {
     samples: u32,
     specular: vec3f,
     nodes: u32,
+    bytes: vec2u,
+    pad: vec2u,
 }
 
 struct MeterPoint {

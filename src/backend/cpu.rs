@@ -53,7 +53,7 @@ impl Session for CpuSession<'_> {
         let mut watch = Stopwatch::default();
         let mut reuse = Reuse::default();
         let (scene, ready) = self.stage.at(time, &mut watch, &mut reuse)?;
-        let Ready { prepared, surfaces, visibility } = ready;
+        let Ready { prepared, surfaces, visibility, .. } = ready;
         let (prepared, surfaces) = (&*prepared, &*surfaces);
         reuse.count("what the camera sees", visibility.is_known());
         let processor = Processor::default();
@@ -101,6 +101,8 @@ impl Session for CpuSession<'_> {
             clusters: counters.clusters,
             lights: counters.lights,
             memory: TreeMemory::of(&prepared.emitters),
+            loaded: None,
+            clock: super::WALL_CLOCK.into(),
             reused: reuse.finish(),
         };
         Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })

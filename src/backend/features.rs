@@ -1,13 +1,24 @@
 //! [`Features`]: parts of the shading that a scene may do without, decided once when it is made ready.
 
+use super::near::may_be_near;
 use super::uncut::may_cut;
 use super::{Horizons, Skips, Technique};
-use crate::backend::emitter::Emitter;
+use crate::backend::emitter::{Emitter, Geometry};
 use crate::kernel::surface::{NO_TEXTURE, SurfaceMaterial, SurfaceTriangle};
 use crate::kernel::tile::LightBox;
 
 /// Fewest emitters about which tiles decide: a decision costs a tile about as much as one point saves by it.
 const TILED_EMITTERS: usize = 4;
+
+/// Most emitters of which tops are shared: each is found by one invocation of a workgroup for each lobe.
+pub const TOPPED: usize = 8;
+/// Least nodes of a tree that has a top worth sharing.
+const TALL: usize = 64;
+
+/// Whether an emitter has a tree with a top.
+fn has_top(emitter: &Emitter) -> bool {
+    matches!(&emitter.geometry, Geometry::Tree(tree) if tree.nodes.len() >= TALL)
+}
 
 /// Parts of the shading that a scene needs. The shaders are compiled for them only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -24,6 +35,10 @@ pub struct Features {
     pub pictures: bool,
     /// The horizon of some surface may cut some light.
     pub horizons: bool,
+    /// Some surface comes so near a light, or has so narrow a lobe, that f32 may show.
+    pub near: bool,
+    /// The points of a GPU's workgroup share the top of the trees.
+    pub tops: bool,
     /// Specular lobes are clipped at the true horizon.
     pub true_horizon: bool,
     /// What is left out.
@@ -61,6 +76,8 @@ impl Features {
             textures: textures || !skips.textures,
             bodies: emitters.iter().any(|e| e.form.is_body()),
             pictures: emitters.iter().any(|e| e.picture.is_some()),
+            tops: emitters.len() <= TOPPED && emitters.iter().any(has_top),
+            near: may_be_near(triangles, materials, boxes),
             true_horizon: horizons == Horizons::Both,
             horizons: !skips.horizons || may_cut(triangles, materials, boxes),
             skips: Skips {

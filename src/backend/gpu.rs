@@ -5,6 +5,7 @@
 
 mod boxes;
 mod buffers;
+mod clock;
 mod device;
 pub mod layout;
 mod pipelines;
@@ -13,20 +14,21 @@ mod tiles;
 
 use super::features::Features;
 use super::prepared::Prepared;
-use super::stage::{Ready, Reuse, Stage};
+use super::stage::{Kept, Ready, Reuse, Stage};
 use super::{
     Backend, BackendError, ClusterStats, LightStats, Rendering, Session, Settings, Shaded, Stats, Stopwatch, TreeMemory,
 };
 use crate::scene::{Motion, Scene};
 use boxes::Boxes;
 use buffers::{Readback, SceneBuffers, storage, target};
+use clock::Clock;
 use device::Device;
 use glam::UVec2;
 use layout::{Emitters, Frame, MeterPoint, Reading};
 use pipelines::{Layouts, Pipelines};
 use source::SKIP_ROWS;
 use std::collections::HashMap;
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 use tiles::{Painter, Tile};
 
 /// Counters of each light: behind, below the horizon, without such a lobe, under the tolerance; of the first two those decided
@@ -50,6 +52,7 @@ pub struct GpuBackend {
     device: Device,
     layouts: Layouts,
     pipelines: Mutex<HashMap<Features, Pipelines>>,
+    clock: OnceLock<Clock>,
 }
 
 impl GpuBackend {
@@ -61,7 +64,7 @@ impl GpuBackend {
         let device = Device::open(choice)?;
         let layouts = Layouts::new(&device);
         device.check()?;
-        Ok(Self { device, layouts, pipelines: Mutex::default() })
+        Ok(Self { device, layouts, pipelines: Mutex::default(), clock: OnceLock::new() })
     }
 
     /// Adapter, driver and interface.
@@ -78,6 +81,17 @@ impl GpuBackend {
         Ok((pipelines, are_known))
     }
 
+    /// What passes are timed by, found out once.
+    fn clock(&self) -> Result<&Clock, BackendError> {
+        match self.clock.get() {
+            Some(clock) => Ok(clock),
+            None => {
+                let clock = Clock::of(&self.device)?;
+                Ok(self.clock.get_or_init(|| clock))
+            }
+        }
+    }
+
     /// The light meter: both integrals of single emissions at `points`, by the shaders that shade pictures.
     ///
     /// # Errors
@@ -90,7 +104,8 @@ impl GpuBackend {
             return Ok(Vec::new());
         }
         let device = &self.device;
-        let buffers = SceneBuffers::new(device, None, &Boxes::new(&[]), &Emitters::new(&prepared.emitters))?;
+        let (boxes, emitters) = (Boxes::new(&[]), Emitters::new(&prepared.emitters));
+        let buffers = SceneBuffers::new(device, &buffers::contents(None, &boxes, &emitters, Kept::default()))?;
         device.queue.write_buffer(&buffers.frame, 0, bytemuck::bytes_of(&Frame::of(&prepared.technique)));
         let scene = self.layouts.bind_scene(device, &buffers);
         let bytes = points.len() as u64 * size_of::<Reading>() as u64;
@@ -120,7 +135,7 @@ impl Backend for GpuBackend {
         if settings.technique.is_cpu_only() {
             return Err(BackendError::CpuOnly(settings.technique.name()));
         }
-        Ok(Box::new(GpuSession { backend: self, stage: Stage::new(scene, motion, *settings) }))
+        Ok(Box::new(GpuSession { backend: self, stage: Stage::new(scene, motion, *settings), drawn: None }))
     }
 }
 
@@ -128,25 +143,43 @@ impl Backend for GpuBackend {
 struct GpuSession<'a> {
     backend: &'a GpuBackend,
     stage: Stage<'a>,
+    drawn: Option<Drawn<'a>>,
+}
+
+/// What the last picture was drawn with.
+struct Drawn<'a> {
+    boxes: Boxes,
+    emitters: Emitters,
+    painter: Painter<'a>,
 }
 
 impl Session for GpuSession<'_> {
     fn frame(&mut self, time: f64) -> Result<Rendering, BackendError> {
-        let Self { backend, stage } = self;
+        let Self { backend, stage, drawn } = self;
+        let backend = *backend;
         let settings = &stage.settings().clone();
         let mut watch = Stopwatch::default();
         let mut reuse = Reuse::default();
-        let (scene, Ready { prepared, surfaces, .. }) = stage.at(time, &mut watch, &mut reuse)?;
-        let boxes = Boxes::new(&prepared.triangles);
+        let (scene, Ready { prepared, surfaces, kept, .. }) = stage.at(time, &mut watch, &mut reuse)?;
+        let (prepared, kept) = (&*prepared, *kept);
+        let (before, painter) = drawn.take().map(|d| ((d.boxes, d.emitters), d.painter)).unzip();
+        let (boxes, emitters) = before.unzip();
+        let boxes = boxes.filter(|_| kept.surfaces).unwrap_or_else(|| Boxes::new(&prepared.triangles));
         watch.lap("boxes");
         let (pipelines, are_known) = backend.pipelines(prepared.features)?;
         reuse.count("pipelines", are_known);
+        let clock = backend.clock()?;
         watch.lap("pipelines");
-        let buffers = SceneBuffers::new(&backend.device, Some(prepared), &boxes, &Emitters::new(&prepared.emitters))?;
-        let picture = UVec2::new(settings.width, settings.height);
+        let emitters = match emitters.filter(|_| kept.regions) {
+            Some(mut emitters) => {
+                emitters.moved(&prepared.emitters);
+                emitters
+            }
+            None => Emitters::new(&prepared.emitters),
+        };
         let frame = Frame {
             rays: prepared.rays,
-            picture,
+            picture: UVec2::new(settings.width, settings.height),
             steps: settings.steps().into(),
             tolerance: settings.tolerance,
             emitters: prepared.emitters.len() as u32,
@@ -158,13 +191,22 @@ impl Session for GpuSession<'_> {
         };
         let counters = u64::from(SKIP_ROWS) * (scene.lights.len() as u64 + 1) * SKIP_REASONS as u64;
         let triangles = prepared.triangles.len() as u32;
-        let painter = Painter::new(&backend.device, &backend.layouts, pipelines, buffers, &frame, triangles, counters)?;
+        let contents = buffers::contents(Some(prepared), &boxes, &emitters, kept);
+        let painter = painter.filter(|painter| painter.serves(&frame, triangles, counters));
+        buffers::count(&contents, painter.is_some(), &mut reuse);
+        let mut painter = match painter {
+            Some(mut painter) => {
+                painter.renew(&contents)?;
+                painter
+            }
+            None => Painter::new(&backend.device, &backend.layouts, clock, &contents, &frame, triangles, counters)?,
+        };
         backend.device.wait()?;
         watch.lap("upload");
         let mut pixels = vec![Shaded::default(); settings.width as usize * settings.height as usize];
-        let (mut shaded, mut nodes) = (0, 0);
+        let (mut shaded, mut nodes, mut loaded) = (0, 0, 0);
         for tile in Tile::all(&frame) {
-            painter.paint(tile, &frame, &prepared.offsets, |painted| {
+            painter.paint(&pipelines, tile, &frame, &prepared.offsets, |painted| {
                 for (row, y) in painted.chunks(tile.size.x as usize).zip(tile.origin.y..) {
                     let first = y as usize * settings.width as usize + tile.origin.x as usize;
                     for (pixel, sum) in row.iter().zip(&mut pixels[first..]) {
@@ -174,12 +216,13 @@ impl Session for GpuSession<'_> {
                         sum.scale(1.0 / settings.samples as f32);
                         shaded += u64::from(pixel.shaded());
                         nodes += pixel.visited();
+                        loaded += pixel.loaded();
                     }
                 }
             })?;
         }
         let skips = painter.skips()?;
-        watch.lap("shading");
+        watch.split("shading", painter.seconds()?, "raster and reading back");
         let film = super::compose(scene, prepared, surfaces, settings, &pixels);
         watch.lap("lights in view");
         let lights = light_stats(scene, prepared, shaded, &skips);
@@ -197,9 +240,13 @@ impl Session for GpuSession<'_> {
             clusters: cluster_stats(scene, &skips),
             lights,
             memory: TreeMemory::of(&prepared.emitters),
+            loaded: Some(loaded),
+            clock: clock.name(),
             reused: reuse.finish(),
         };
-        Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })
+        let parts = pixels.iter().map(Shaded::parts_per_sample).collect();
+        *drawn = settings.skips.reuse.then_some(Drawn { boxes, emitters, painter });
+        Ok(Rendering { film, parts, stats })
     }
 }
 

@@ -9,6 +9,7 @@ pub mod features;
 pub mod gather;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+mod near;
 pub mod packets;
 pub mod prepared;
 pub mod reference;
@@ -89,6 +90,11 @@ pub struct Stats {
     pub lights: Vec<LightStats>,
     /// What the trees take.
     pub memory: TreeMemory,
+    /// Bytes of the lights' regions (nodes and handles of trees, curves, texels) that shading has loaded, as the shaders count
+    /// them; caches aside. The CPU does not count.
+    pub loaded: Option<u64>,
+    /// By what the shading was timed.
+    pub clock: String,
     /// What was reused from the frames before.
     pub reused: Vec<Reused>,
 }
@@ -145,6 +151,7 @@ impl Stats {
         self.shaded += frame.shaded;
         self.integrals += frame.integrals;
         self.nodes += frame.nodes;
+        self.loaded = self.loaded.zip(frame.loaded).map(|(a, b)| a + b);
         // Left out of the sequence is what is left out of every frame.
         self.left_out.retain(|part| frame.left_out.contains(part));
         self.clusters = self.clusters.plus(frame.clusters);
@@ -220,6 +227,9 @@ impl LightStats {
         self.below_tile += other.below_tile;
     }
 }
+
+/// The clock of what runs on the CPU.
+const WALL_CLOCK: &str = "wall clock";
 
 /// Most pixels of a picture: some 6 GB of layers.
 pub const MAX_PIXELS: u64 = 1 << 26;
@@ -494,6 +504,16 @@ impl Default for Stopwatch {
 }
 
 impl Stopwatch {
+    /// Ends a stage of which a part, `seconds`, is one of its own: `inner`, and then the `outer` rest.
+    #[cfg(feature = "gpu")]
+    fn split(&mut self, inner: &str, seconds: f64, outer: &str) {
+        self.lap(outer);
+        if let Some((_, rest)) = self.laps.last_mut() {
+            *rest = (*rest - seconds).max(0.0);
+        }
+        self.laps.insert(self.laps.len() - 1, (inner.into(), seconds));
+    }
+
     fn lap(&mut self, stage: &str) {
         let now = Instant::now();
         self.laps.push((stage.into(), now.duration_since(self.since).as_secs_f64()));

@@ -96,6 +96,8 @@ pub(super) fn render_stage(
         clusters: super::ClusterStats::default(),
         lights: cost.lights,
         memory: TreeMemory::of(&prepared.emitters),
+        loaded: None,
+        clock: super::WALL_CLOCK.into(),
         reused: reuse.finish(),
     };
     Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })

@@ -43,10 +43,28 @@ impl Reuse {
         self.0[at].made += u64::from(!is_reused);
     }
 
+    /// Whether any of these was made.
+    #[cfg(feature = "gpu")]
+    pub fn has_made(&self, what: &[&str]) -> bool {
+        self.0.iter().any(|known| known.made > 0 && what.contains(&known.what.as_str()))
+    }
+
     /// The counts.
     pub fn finish(self) -> Vec<Reused> {
         self.0
     }
+}
+
+/// What was taken over, as it was, from the picture before.
+#[cfg(feature = "gpu")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Kept {
+    /// Triangles.
+    pub surfaces: bool,
+    /// Materials, textures and their texels.
+    pub textures: bool,
+    /// What all lights are in light space: trees, regions, pictures.
+    pub regions: bool,
 }
 
 /// What is made of a scene.
@@ -57,6 +75,9 @@ pub(super) struct Ready {
     pub surfaces: Surfaces,
     /// What the camera sees of them.
     pub visibility: Visibility,
+    /// What of it is still that of the picture before.
+    #[cfg(feature = "gpu")]
+    pub kept: Kept,
 }
 
 /// A scene that is rendered once or, in motion, picture by picture.
@@ -102,7 +123,17 @@ impl<'a> Stage<'a> {
         // It pays where the next picture is likely to have the same view.
         let wanted = if is_first { self.motion.camera.is_none() } else { !changes.view };
         let records = wanted && !self.motion.is_still() && settings.skips.reuse;
-        let ready = Ready { prepared, surfaces, visibility: visibility.prepared(records, settings) };
+        let ready = Ready {
+            prepared,
+            surfaces,
+            visibility: visibility.prepared(records, settings),
+            #[cfg(feature = "gpu")]
+            kept: Kept {
+                surfaces: !is_first && !changes.eye,
+                textures: !is_first,
+                regions: !is_first && !reuse.has_made(&["trees", "regions"]),
+            },
+        };
         watch.lap("surfaces");
         Ok((&self.scene, self.ready.insert(ready)))
     }

@@ -126,18 +126,25 @@ fn compare_skips(args: &Args) -> Result<bool, Error> {
         backends.retain(|on| *on == On::Cpu);
     }
     let rows = skips::measure(&bencher, &backends, side, repeats)?;
-    let adapter = rows.iter().find(|r| r.backend == "gpu").map(|r| r.device.clone());
+    let on_gpu = rows.iter().find(|r| r.backend == "gpu");
+    let [adapter, clock] = [on_gpu.map(|r| r.device.clone()), on_gpu.map(|r| r.clock.clone())];
+    warn_of_clock(clock.as_deref());
     let holds = rows.iter().all(SkipRow::holds);
     let program = concat!("glyphlight ", env!("CARGO_PKG_VERSION")).into();
-    let report = SkipReport { format: 1, program, date, machine: here(args, adapter), side, repeats, rows };
+    let report = SkipReport { format: 1, program, date, machine: here(args, adapter, clock), side, repeats, rows };
     say(if args.json { json(&report)? } else { skip_table(&report.rows) })?;
     Ok(holds)
 }
 
 /// The computer and what of it is used.
-fn here(args: &Args, adapter: Option<String>) -> BenchMachine {
+fn here(args: &Args, adapter: Option<String>, clock: Option<String>) -> BenchMachine {
     let Machine { processor, system, .. } = machine();
-    BenchMachine { processor, simd: simd(), threads: args.threads.into(), system, adapter }
+    BenchMachine { processor, simd: simd(), threads: args.threads.into(), system, adapter, clock }
+}
+
+/// Says so where a GPU's own clock is not to be had.
+fn warn_of_clock(clock: Option<&str>) {
+    warn(clock.filter(|clock| *clock != "timestamps").map(|clock| format!("GPU times are by the {clock}")));
 }
 
 fn open(path: &Path) -> Result<Benchmark, Error> {
@@ -181,13 +188,15 @@ fn measured(args: &Args, baseline: Option<&Benchmark>) -> Result<Benchmark, Erro
     }
     let rectangle = Trial::Rectangle.layers()?;
     let mut rows = Vec::new();
-    let mut adapter = None;
+    let (mut adapter, mut clock) = (None, None);
     for cell in &cells {
         let measured = bencher.cell(cell, &cell.trial.layers()?, &rectangle)?;
         rows.extend(measured.rows);
         left_out.extend(measured.left_out);
         adapter = adapter.or(measured.adapter);
+        clock = clock.or(measured.clock);
     }
+    warn_of_clock(clock.as_deref());
     warn(left_out.iter().map(|l| format!("left out: {}: {}", l.technique, l.reason)));
     if rows.is_empty() {
         return Err(Error::Usage("nothing to measure: no light, floor, technique and backend is left".into()));
@@ -201,7 +210,7 @@ fn measured(args: &Args, baseline: Option<&Benchmark>) -> Result<Benchmark, Erro
             profile: if cfg!(debug_assertions) { "debug" } else { "release" }.into(),
             revision: option_env!("GLYPHLIGHT_REVISION").map(Into::into),
         },
-        machine: here(args, adapter),
+        machine: here(args, adapter, clock),
         settings: BenchSettings { side, windows: WINDOWS, repeats, reference_spp: spp },
         rows,
         left_out,

@@ -197,12 +197,16 @@ fn table(report: &Report<'_>) -> String {
     table.add_row(["technique", &stats.technique]);
     table.add_row(["backend", &stats.backend]);
     table.add_row(["device", &stats.device]);
+    table.add_row(["clock of the shading", &stats.clock]);
     for (stage, seconds) in &stats.stages {
         table.add_row([format!("time, {stage}"), format!("{:.3} ms", seconds * 1e3)]);
     }
     table.add_row(["shaded samples".to_owned(), stats.shaded.to_string()]);
     table.add_row(["integrals per sample".to_owned(), per_sample(stats.integrals)]);
     table.add_row([format!("{parts} per sample"), per_sample(stats.nodes)]);
+    if let Some(bytes) = stats.loaded {
+        table.add_row(["bytes of lights loaded per sample".to_owned(), per_sample(bytes)]);
+    }
     if let Some(bytes) = stats.memory.per_curve() {
         table.add_row(["bytes of trees per curve".to_owned(), format!("{bytes:.0}")]);
     }

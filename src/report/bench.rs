@@ -6,7 +6,7 @@
 //! ```text
 //! { "format": 1, "program": "glyphlight 0.1.0", "date": "2026-01-31T12:00:00Z",
 //!   "build": { "version", "profile", "revision" (or null) },
-//!   "machine": { "processor", "simd", "threads", "system", "adapter" (null without GPU rows) },
+//!   "machine": { "processor", "simd", "threads", "system", "adapter", "clock" (null without GPU rows) },
 //!   "settings": { "side", "windows", "repeats", "reference_spp" (null without a reference) },
 //!   "rows": [ { "shape", "curves", "finish": "diffuse" or alpha, "backend", "technique", "knob" (null: it has none),
 //!               "runs", "nanoseconds", "spread" (or null), "prepare_seconds", "parts",
@@ -71,6 +71,9 @@ pub struct BenchMachine {
     pub system: String,
     /// Adapter and driver of the GPU rows.
     pub adapter: Option<String>,
+    /// What their shading was timed by: `timestamps`, or `wall clock` and why.
+    #[serde(default)]
+    pub clock: Option<String>,
 }
 
 /// What all rows have in common.
@@ -283,9 +286,10 @@ impl Benchmark {
         let Self { build, machine, settings, .. } = self;
         let revision = build.revision.as_ref().map_or_else(String::new, |r| format!(" ({r})"));
         let adapter = machine.adapter.as_ref().map_or_else(String::new, |a| format!("; GPU: {a}"));
+        let clock = machine.clock.as_ref().map_or_else(String::new, |c| format!(", timed by {c}"));
         let threads = if machine.threads == 1 { "1 thread".into() } else { format!("{} threads", machine.threads) };
         format!(
-            "{}{revision}, {} build, {}; {}, {}, {threads}, {}{adapter}; {} windows of {side} × {side} pixels, median of {} runs",
+            "{}{revision}, {} build, {}; {}, {}, {threads}, {}{adapter}{clock}; {} windows of {side} × {side} pixels, median of {} runs",
             self.program,
             build.profile,
             self.date,

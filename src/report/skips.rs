@@ -3,7 +3,7 @@
 //! # Schema
 //! ```text
 //! { "format": 1, "program", "date", "machine": as in [`bench`](super::bench), "side", "repeats",
-//!   "rows": [ { "skip", "scene", "backend", "device", "counted", "count", "max_difference", "tolerance",
+//!   "rows": [ { "skip", "scene", "backend", "device", "clock", "counted", "count", "max_difference", "tolerance",
 //!               "nanoseconds", "nanoseconds_off", "saved": { "value", "spread" (or null) } } ] }
 //! ```
 
@@ -40,6 +40,8 @@ pub struct SkipRow {
     pub backend: String,
     /// Adapter, or number of threads.
     pub device: String,
+    /// What its shading was timed by.
+    pub clock: String,
     /// What the counter counts.
     pub counted: String,
     /// What it counted: nothing was skipped where it is 0.

@@ -2,13 +2,55 @@
 
 use super::boxes::Boxes;
 use super::device::Device;
-use super::layout::{Elements, Emitters, Frame};
+use super::layout::{Emitters, Frame};
+use super::pipelines::ARRAYS;
 use crate::backend::BackendError;
 use crate::backend::prepared::Prepared;
+use crate::backend::stage::{Kept, Reuse};
 use crate::brdf::ltc::Table;
 use bytemuck::Pod;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{Buffer, BufferDescriptor, BufferUsages};
+
+/// What one of the scene's buffers is to hold.
+pub struct Content<'a> {
+    what: &'static str,
+    bytes: &'a [u8],
+    /// It is what it was for the picture before.
+    is_kept: bool,
+}
+
+/// Bytes that nothing reads, in place of none; they hold one element of any kind.
+const NOTHING: [u8; 512] = [0; 512];
+
+/// What bindings 1 and on of a scene hold. `boxes` holds the triangles; the light meter has no surfaces.
+pub fn contents<'a>(
+    prepared: Option<&'a Prepared>,
+    boxes: &'a Boxes,
+    emitters: &'a Emitters,
+    kept: Kept,
+) -> [Content<'a>; ARRAYS] {
+    fn of<'a, T: Pod>(what: &'static str, data: &'a [T], is_kept: bool) -> Content<'a> {
+        let bytes = bytemuck::cast_slice(data);
+        Content { what, bytes: if bytes.is_empty() { &NOTHING } else { bytes }, is_kept }
+    }
+    let Kept { surfaces, textures, regions } = kept;
+    [
+        of("triangles", &boxes.triangles, surfaces),
+        of("materials", prepared.map_or(&[], |p| &p.materials), textures),
+        of("textures", prepared.map_or(&[], |p| &p.textures), textures),
+        of("texels", prepared.map_or(&[], |p| &p.texels), textures),
+        of("emitters", &emitters.emitters, false),
+        of("regions of lights", emitters.regions.bytes(), regions),
+        of("details of lights", emitters.details.bytes(), regions),
+        of("LTC table", Table::shipped().texels().as_flattened(), true),
+        of("boxes", &boxes.boxes, surfaces),
+        of("pictures of lights", emitters.pictures.bytes(), regions),
+        of("texels of lights", emitters.picture_texels.bytes(), regions),
+        of("boxes of lights", prepared.map_or(&[], |p| &p.boxes), false),
+        of("clusters of lights", prepared.map_or(&[], |p| &p.clustered.tree.clusters), false),
+    ]
+}
 
 /// The buffers of group 0, in the order of their bindings.
 pub struct SceneBuffers {
@@ -19,28 +61,9 @@ pub struct SceneBuffers {
 }
 
 impl SceneBuffers {
-    /// Uploads a scene. `boxes` holds the triangles; the light meter has no surfaces.
-    pub fn new(
-        device: &Device,
-        prepared: Option<&Prepared>,
-        boxes: &Boxes,
-        emitters: &Emitters,
-    ) -> Result<Self, BackendError> {
-        let arrays = vec![
-            storage(device, "triangles", &boxes.triangles)?,
-            storage(device, "materials", prepared.map_or(&[], |p| &p.materials))?,
-            storage(device, "textures", prepared.map_or(&[], |p| &p.textures))?,
-            storage(device, "texels", prepared.map_or(&[], |p| &p.texels))?,
-            storage(device, "emitters", &emitters.emitters)?,
-            elements(device, "regions of lights", &emitters.regions)?,
-            elements(device, "details of lights", &emitters.details)?,
-            storage(device, "LTC table", Table::shipped().texels().as_flattened())?,
-            storage(device, "boxes", &boxes.boxes)?,
-            elements(device, "pictures of lights", &emitters.pictures)?,
-            elements(device, "texels of lights", &emitters.picture_texels)?,
-            storage(device, "boxes of lights", prepared.map_or(&[], |p| &p.boxes))?,
-            storage(device, "clusters of lights", prepared.map_or(&[], |p| &p.clustered.tree.clusters))?,
-        ];
+    /// Uploads a scene.
+    pub fn new(device: &Device, contents: &[Content<'_>]) -> Result<Self, BackendError> {
+        let arrays = contents.iter().map(|c| storage(device, c.what, c.bytes)).collect::<Result<_, _>>()?;
         let frame = device.device.create_buffer(&BufferDescriptor {
             label: Some("frame"),
             size: size_of::<Frame>() as u64,
@@ -49,12 +72,31 @@ impl SceneBuffers {
         });
         Ok(Self { frame, arrays })
     }
+
+    /// Uploads what is not kept of the next picture's contents, into the same buffers where it is as long as what they hold.
+    /// Whether there are others now, to be bound anew.
+    pub fn renew(&mut self, device: &Device, contents: &[Content<'_>]) -> Result<bool, BackendError> {
+        let mut are_others = false;
+        for (array, content) in self.arrays.iter_mut().zip(contents) {
+            if content.is_kept {
+                continue;
+            }
+            if array.size() == content.bytes.len() as u64 {
+                device.queue.write_buffer(array, 0, content.bytes);
+            } else {
+                *array = storage(device, content.what, content.bytes)?;
+                are_others = true;
+            }
+        }
+        Ok(are_others)
+    }
 }
 
-/// Uploads elements for reading. None become 256 zero bytes, which nothing reads and which hold one of any kind.
-fn elements(device: &Device, what: &'static str, elements: &Elements) -> Result<Buffer, BackendError> {
-    let bytes = elements.bytes();
-    storage(device, what, if bytes.is_empty() { &[0; 256] } else { bytes })
+/// Counts the buffers that are uploaded and those that are not, of which there were none before the first picture.
+pub fn count(contents: &[Content<'_>], are_there: bool, reuse: &mut Reuse) {
+    for content in contents {
+        reuse.count("buffers", are_there && content.is_kept);
+    }
 }
 
 /// Uploads an array for reading. An empty one becomes one element of zeros, which nothing reads.
@@ -65,7 +107,7 @@ pub fn storage<T: Pod>(device: &Device, what: &'static str, data: &[T]) -> Resul
     Ok(device.device.create_buffer_init(&BufferInitDescriptor {
         label: Some(what),
         contents,
-        usage: BufferUsages::STORAGE,
+        usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
     }))
 }
 

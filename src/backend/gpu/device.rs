@@ -19,6 +19,8 @@ pub struct Device {
     pub adapter: String,
     /// Adapter, driver and interface.
     pub name: String,
+    /// Whether passes can be timed by the device itself.
+    pub has_timestamps: bool,
     /// The first error since the last look.
     error: Arc<Mutex<Option<String>>>,
 }
@@ -54,8 +56,10 @@ impl Device {
                 "{name} allows {allowed} storage buffers in a shader; {STORAGE_BUFFERS} are needed"
             )));
         }
+        let timestamps = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("glyphlight"),
+            required_features: timestamps,
             required_limits: limits,
             memory_hints: wgpu::MemoryHints::Performance,
             ..wgpu::DeviceDescriptor::default()
@@ -69,7 +73,7 @@ impl Device {
         device.set_device_lost_callback(move |_, message| keep_first(&first, format!("device lost: {message}")));
         let driver = format!("{} {}", info.driver, info.driver_info);
         let name = format!("{}, {}, {}", info.name, driver.trim(), info.backend);
-        Ok(Self { device, queue, adapter: info.name, name, error })
+        Ok(Self { device, queue, adapter: info.name, name, has_timestamps: !timestamps.is_empty(), error })
     }
 
     /// The first error since the last call.

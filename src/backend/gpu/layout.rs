@@ -6,6 +6,7 @@ use crate::backend::emitter::{self, Geometry};
 use crate::kernel::pal::Polygon;
 use crate::kernel::picture::Level;
 use crate::kernel::surface::Rays;
+use crate::kernel::tree::{Handles, LowEnds};
 use crate::light::prefilter::Prefiltered;
 use crate::light::simple::Facing;
 use crate::light::{Form, Square};
@@ -46,8 +47,10 @@ pub struct Frame {
     pub clusters: u32,
     /// The clusters' unit of length over a metre.
     pub per_metre: f32,
+    /// 0, which compilers of shaders don't know: `shaders/wide.wgsl` hides values from them with it.
+    pub zero: u32,
     /// Of the layout.
-    pub pad: UVec2,
+    pub pad: u32,
 }
 
 impl Frame {
@@ -183,6 +186,7 @@ impl Emitters {
                 }
                 Geometry::Tree(tree) => {
                     [packed.first, packed.end] = all.regions.extend(&tree.nodes);
+                    all.details.extend(&low_pairs(&tree.low));
                     [packed.first_detail, _] = all.details.extend(&tree.handles);
                 }
                 Geometry::Polygons(polygons, _) => {
@@ -218,6 +222,14 @@ impl Emitters {
         all
     }
 
+    /// Where the emitters stand now and how they shine; the regions are those that are laid out.
+    pub fn moved(&mut self, emitters: &[emitter::Emitter]) {
+        for (packed, emitter) in self.emitters.iter_mut().zip(emitters) {
+            let Emitter { first, end, first_detail, picture, .. } = *packed;
+            *packed = Emitter { first, end, first_detail, picture, ..Emitter::new(emitter) };
+        }
+    }
+
     /// Lays a picture after those that are there. Gives its index.
     fn picture(&mut self, colors: &Prefiltered) -> u32 {
         let [before, _] = self.picture_texels.extend(&colors.texels);
@@ -225,6 +237,15 @@ impl Emitters {
         let [first, _] = self.pictures.extend(&levels);
         first
     }
+}
+
+/// The low ends of nodes, those of two in the place of a cubic's handles: they come before the handles of their tree.
+fn low_pairs(low: &[LowEnds]) -> Vec<Handles> {
+    let pair = |pair: &[LowEnds]| {
+        let [first, second] = [pair[0], pair.get(1).copied().unwrap_or(LowEnds::zeroed())];
+        Handles { p1: first.a, p2: first.b, low1: second.a, low2: second.b }
+    };
+    low.chunks(2).map(pair).collect()
 }
 
 /// What the samples of a pixel have added up to.
@@ -239,6 +260,10 @@ pub struct Pixel {
     pub specular: Vec3,
     /// Tree nodes visited, lower 32 bits.
     pub nodes: u32,
+    /// Bytes of lights' regions that were loaded, lower and upper 32 bits.
+    pub bytes: [u32; 2],
+    /// Of the layout.
+    pub pad: UVec2,
 }
 
 impl Pixel {
@@ -250,6 +275,11 @@ impl Pixel {
     /// Tree nodes visited.
     pub fn visited(&self) -> u64 {
         u64::from(self.samples >> 16) << 32 | u64::from(self.nodes)
+    }
+
+    /// Bytes of lights' regions that were loaded.
+    pub fn loaded(&self) -> u64 {
+        u64::from(self.bytes[1]) << 32 | u64::from(self.bytes[0])
     }
 }
 
@@ -308,7 +338,7 @@ mod tests {
 
     #[test]
     fn a_pixel_counts_beyond_32_bits() {
-        let pixel = Pixel { samples: 3 << 16 | 4096, nodes: 7, ..Pixel::zeroed() };
-        assert_eq!((pixel.shaded(), pixel.visited()), (4096, (3 << 32) + 7));
+        let pixel = Pixel { samples: 3 << 16 | 4096, nodes: 7, bytes: [9, 2], ..Pixel::zeroed() };
+        assert_eq!((pixel.shaded(), pixel.visited(), pixel.loaded()), (4096, (3 << 32) + 7, (2 << 32) + 9));
     }
 }

@@ -17,7 +17,7 @@ pub const VISIBILITY_FORMAT: TextureFormat = TextureFormat::R32Uint;
 pub const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
 /// Number of scene arrays: bindings 1 to this of group 0.
-const ARRAYS: u32 = 13;
+pub const ARRAYS: usize = 13;
 
 /// Layouts that all scenes share.
 #[derive(Debug)]
@@ -41,7 +41,7 @@ impl Layouts {
     pub fn new(device: &Device) -> Self {
         let both = ShaderStages::VERTEX | ShaderStages::COMPUTE;
         let uniform = buffer(0, both, BufferBindingType::Uniform);
-        let arrays = (1..=ARRAYS).map(|i| {
+        let arrays = (1..=ARRAYS as u32).map(|i| {
             let stages = if i == 1 { both } else { ShaderStages::COMPUTE };
             buffer(i, stages, BufferBindingType::Storage { read_only: true })
         });
@@ -105,13 +105,13 @@ impl Layouts {
             ("BODIES", flag(features.bodies)),
             ("TRUE_HORIZON", flag(features.true_horizon)),
         ];
-        compute(device, &source::meter(features.technique), &layout, "read_meter", &constants)
+        compute(device, &source::meter(features.technique), Some(&layout), "read_meter", &constants)
     }
 
     /// The passes of a picture.
     pub fn pipelines(&self, device: &Device, features: Features) -> Pipelines {
         let layout = pipeline_layout(device, &[&self.scene, &self.tile]);
-        let constants = [
+        let mut constants = vec![
             ("DIFFUSE", flag(features.diffuse)),
             ("SPECULAR", flag(features.specular)),
             ("SKIP_LOBES", flag(features.skips.lobes)),
@@ -121,14 +121,18 @@ impl Layouts {
             ("TILES", flag(features.skips.by_tile() || features.skips.clusters)),
             ("CLUSTERS", flag(features.skips.clusters)),
             ("TEXTURES", flag(features.textures)),
+            ("NEAR", flag(features.near)),
             ("PICTURES", flag(features.pictures)),
             ("BODIES", flag(features.bodies)),
             ("TRUE_HORIZON", flag(features.true_horizon)),
             ("HORIZONS", flag(features.horizons)),
         ];
+        if source::has_tops(features.technique) {
+            constants.push(("TOPS", flag(features.tops)));
+        }
         Pipelines {
             gbuffer: self.gbuffer_pipeline(device),
-            light: compute(device, &source::light(features.technique), &layout, "light_pixels", &constants),
+            light: compute(device, &source::light(features.technique), Some(&layout), "light_pixels", &constants),
         }
     }
 
@@ -198,16 +202,17 @@ fn pipeline_layout(device: &Device, groups: &[&BindGroupLayout]) -> PipelineLayo
     })
 }
 
-fn compute(
+/// A compute pipeline; without a layout, with that of its source.
+pub fn compute(
     device: &Device,
     source: &Source,
-    layout: &PipelineLayout,
+    layout: Option<&PipelineLayout>,
     entry: &str,
     constants: &[(&str, f64)],
 ) -> ComputePipeline {
     device.device.create_compute_pipeline(&ComputePipelineDescriptor {
         label: Some(source.name),
-        layout: Some(layout),
+        layout,
         module: &module(device, source),
         entry_point: Some(entry),
         compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },

@@ -1,6 +1,8 @@
 //! The shaders, put together from `shaders/*.wgsl`: plain concatenation, with the constants that Rust owns in front.
 
 use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
+use crate::backend::features::TOPPED;
+use crate::backend::near::NARROW;
 use crate::brdf::ltc::{ALPHA_MIN, Table};
 use crate::kernel::cluster::{HALF, INDEX_MASK, MOST_LISTED, ROUNDING, SINGLE};
 use crate::kernel::curve::NEAREST_IMAGE;
@@ -31,7 +33,7 @@ macro_rules! files {
 }
 
 /// What every technique needs to find its integrals.
-const LIGHTS: &[&str] = files!("types" "ltc" "frame" "body" "map" "edge" "horizon" "shade");
+const LIGHTS: &[&str] = files!("types" "wide" "ltc" "frame" "body" "map" "edge" "horizon" "shade");
 
 /// What evaluates the integrals of a technique: the function `gather`.
 fn technique(name: &str) -> &'static [&'static str] {
@@ -39,11 +41,16 @@ fn technique(name: &str) -> &'static [&'static str] {
         "kuge" => files!("cubic" "curve" "roots" "subdivide" "picture" "gather_contour" "gather_kuge"),
         "uniform" => files!("cubic" "curve" "polygon" "picture" "gather_contour" "gather_uniform"),
         "quad" => files!("quad" "picture" "gather_contour" "gather_quad"),
-        "textured" => files!("cubic" "tree" "picture" "gather_contour" "gather_textured"),
+        "textured" => files!("cubic" "tree" "near" "picture" "gather_near" "gather_textured"),
         "pal" => files!("pal" "picture" "gather_pal"),
         "representative" => files!("representative" "picture" "gather_representative"),
-        _ => files!("cubic" "tree" "mosaic" "gather_contour" "gather_tree"),
+        _ => files!("cubic" "tree" "near" "mosaic" "gather_near" "gather_tree"),
     }
+}
+
+/// Whether the techniques of that name walk trees, whose top the points of a workgroup share.
+pub fn has_tops(name: &str) -> bool {
+    matches!(name, "tree" | "textured")
 }
 
 fn concatenate(name: &'static str, files: &[&[&str]]) -> Source {
@@ -70,7 +77,9 @@ pub fn light(name: &str) -> Source {
         &[
             LIGHTS,
             technique(name),
-            files!("surface" "reflect" "nearest" "tile" "skips" "cluster" "cluster_list" "light_list" "light"),
+            files!("surface" "reflect" "nearest" "tile" "skips" "cluster" "cluster_list" "light_list"),
+            if has_tops(name) { files!("top") } else { files!("no_top") },
+            files!("light"),
         ],
     )
 }
@@ -81,10 +90,16 @@ pub fn meter(name: &str) -> Source {
     concatenate("meter", &[LIGHTS, technique(name), files!("meter")])
 }
 
+/// Work for the clocks to be compared by: `spin`.
+pub fn clock() -> Source {
+    Source { name: "clock", code: files!("clock").concat() }
+}
+
 /// The constants that Rust owns.
 fn constants() -> String {
     let [alphas, thetas] = Table::shipped().size();
     let unsigned = [
+        ("TOPPED", TOPPED as u32),
         ("SINGLE", SINGLE),
         ("HALF", HALF),
         ("INDEX_MASK", INDEX_MASK),
@@ -115,8 +130,12 @@ fn constants() -> String {
         ("LTC_THETAS", thetas as u32),
     ];
     let mut code: String = unsigned.iter().map(|(name, value)| format!("const {name}: u32 = {value}u;\n")).collect();
+    let first = ALPHA_MIN.sqrt();
     let floats = [
+        ("LTC_FIRST", first),
+        ("LTC_STEPS", (alphas - 1) as f32 / (1.0 - first)),
         ("LTC_ALPHA_MIN", ALPHA_MIN),
+        ("NARROW", NARROW),
         ("SEAM", SEAM),
         ("SHARE", SHARE),
         ("SLACK", SLACK),

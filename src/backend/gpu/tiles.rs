@@ -1,12 +1,13 @@
 //! The picture in tiles: what is drawn for each, and what comes back.
 
-use super::buffers::{Readback, SceneBuffers, target};
+use super::buffers::{Content, Readback, SceneBuffers, target};
+use super::clock::{Clock, Timer};
 use super::device::Device;
 use super::layout::{Frame, Pixel};
 use super::pipelines::{DEPTH_FORMAT, Layouts, Pipelines, VISIBILITY_FORMAT};
 use crate::backend::BackendError;
 use glam::{DVec2, UVec2, Vec2, Vec4};
-use wgpu::{BindGroup, Buffer, CommandEncoder, TextureFormat, TextureUsages, TextureView};
+use wgpu::{BindGroup, Buffer, CommandEncoder, ComputePassTimestampWrites, TextureFormat, TextureUsages, TextureView};
 
 /// Longest side of a tile, pixels.
 const LONGEST: u32 = 1024;
@@ -34,6 +35,11 @@ impl Tile {
         (WORK / emitters.max(1)).isqrt().next_multiple_of(GROUP).clamp(SHORTEST, LONGEST)
     }
 
+    /// The size of the largest tile of a picture.
+    fn largest(frame: &Frame) -> UVec2 {
+        frame.picture.min(UVec2::splat(Self::side(frame.emitters)))
+    }
+
     /// The tiles of a picture, row by row.
     pub fn all(frame: &Frame) -> impl Iterator<Item = Self> {
         let (picture, side) = (frame.picture, Self::side(frame.emitters));
@@ -55,12 +61,14 @@ impl Tile {
     }
 }
 
-/// What the tiles of a picture are drawn with.
+/// What the tiles of pictures are drawn with: the scene, and what tiles are drawn to.
 pub struct Painter<'a> {
     device: &'a Device,
-    pipelines: Pipelines,
+    layouts: &'a Layouts,
     buffers: SceneBuffers,
     scene: BindGroup,
+    triangles: u32,
+    size: UVec2,
     tile: BindGroup,
     visibility: TextureView,
     depth: TextureView,
@@ -68,21 +76,22 @@ pub struct Painter<'a> {
     skips: Buffer,
     counters: u64,
     readback: Readback,
-    triangles: u32,
+    timer: Timer,
 }
 
 impl<'a> Painter<'a> {
-    /// For the tiles of a picture with that many skip counters, at least one.
+    /// For the tiles of pictures as large as this, with that many emitters, triangles and skip counters, at least one.
     pub fn new(
         device: &'a Device,
-        layouts: &Layouts,
-        pipelines: Pipelines,
-        buffers: SceneBuffers,
+        layouts: &'a Layouts,
+        clock: &Clock,
+        contents: &[Content<'_>],
         frame: &Frame,
         triangles: u32,
         counters: u64,
     ) -> Result<Self, BackendError> {
-        let size = frame.picture.min(UVec2::splat(Tile::side(frame.emitters)));
+        let buffers = SceneBuffers::new(device, contents)?;
+        let size = Tile::largest(frame);
         let bytes = u64::from(size.x * size.y) * size_of::<Pixel>() as u64;
         let pixels = target(device, "pixels", bytes)?;
         let skips = target(device, "skip counters", counters * 8)?;
@@ -91,12 +100,15 @@ impl<'a> Painter<'a> {
         let depth = texture(device, size, DEPTH_FORMAT, TextureUsages::empty());
         let scene = layouts.bind_scene(device, &buffers);
         let tile = layouts.bind_tile(device, &visibility, &pixels, &skips);
+        let timer = Timer::new(device, clock);
         device.check()?;
         Ok(Self {
             device,
-            pipelines,
+            layouts,
             buffers,
             scene,
+            triangles,
+            size,
             tile,
             visibility,
             depth,
@@ -104,13 +116,30 @@ impl<'a> Painter<'a> {
             skips,
             counters,
             readback,
-            triangles,
+            timer,
         })
+    }
+
+    /// Whether it can paint a picture with that many emitters, triangles and skip counters.
+    pub fn serves(&self, frame: &Frame, triangles: u32, counters: u64) -> bool {
+        self.size == Tile::largest(frame) && self.triangles == triangles && self.counters == counters
+    }
+
+    /// Makes ready for the next picture.
+    pub fn renew(&mut self, contents: &[Content<'_>]) -> Result<(), BackendError> {
+        if self.buffers.renew(self.device, contents)? {
+            self.scene = self.layouts.bind_scene(self.device, &self.buffers);
+        }
+        let mut encoder = self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.clear_buffer(&self.skips, 0, None);
+        self.device.queue.submit([encoder.finish()]);
+        self.device.check()
     }
 
     /// Draws all samples of a tile and shows its pixels, row by row, to `look`.
     pub fn paint(
-        &self,
+        &mut self,
+        pipelines: &Pipelines,
         tile: Tile,
         frame: &Frame,
         offsets: &[[f32; 2]],
@@ -129,14 +158,24 @@ impl<'a> Painter<'a> {
             if sample == 0 {
                 encoder.clear_buffer(&self.pixels, 0, None);
             }
-            self.draw(&mut encoder, tile);
-            self.shade(&mut encoder, tile);
-            self.device.queue.submit([encoder.finish()]);
+            self.draw(pipelines, &mut encoder, tile);
+            let pass = Shading { pipelines, scene: &self.scene, tile: &self.tile, size: tile.size };
+            if self.timer.has_timestamps() {
+                pass.shade(&mut encoder, self.timer.writes());
+                self.device.queue.submit([encoder.finish()]);
+            } else {
+                self.device.queue.submit([encoder.finish()]);
+                self.timer.by_the_wall(self.device, |encoder| pass.shade(encoder, None))?;
+            }
+            if self.timer.is_full() {
+                self.timer.collect(self.device)?;
+            }
             // Frees what finished samples have used.
             let polled = self.device.device.poll(wgpu::PollType::Poll);
             polled.map_err(|e| BackendError::Device(e.to_string()))?;
             self.device.check()?;
         }
+        self.timer.collect(self.device)?;
         self.readback.read(self.device, &self.pixels, u64::from(tile.size.x * tile.size.y), look)
     }
 
@@ -145,7 +184,12 @@ impl<'a> Painter<'a> {
         self.readback.read(self.device, &self.skips, self.counters, <[u64]>::to_vec)
     }
 
-    fn draw(&self, encoder: &mut CommandEncoder, tile: Tile) {
+    /// Seconds that shading has taken since the last call.
+    pub fn seconds(&mut self) -> Result<f64, BackendError> {
+        self.timer.take(self.device)
+    }
+
+    fn draw(&self, pipelines: &Pipelines, encoder: &mut CommandEncoder, tile: Tile) {
         let nothing = |load| wgpu::Operations { load: wgpu::LoadOp::Clear(load), store: wgpu::StoreOp::Store };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("gbuffer"),
@@ -164,18 +208,28 @@ impl<'a> Painter<'a> {
         });
         let target = (tile.size + 2 * BORDER).as_vec2();
         pass.set_viewport(0.0, 0.0, target.x, target.y, 0.0, 1.0);
-        pass.set_pipeline(&self.pipelines.gbuffer);
+        pass.set_pipeline(&pipelines.gbuffer);
         pass.set_bind_group(0, &self.scene, &[]);
         pass.draw(0..self.triangles * 3, 0..1);
     }
+}
 
-    fn shade(&self, encoder: &mut CommandEncoder, tile: Tile) {
+/// The pass that shades a tile.
+struct Shading<'a> {
+    pipelines: &'a Pipelines,
+    scene: &'a BindGroup,
+    tile: &'a BindGroup,
+    size: UVec2,
+}
+
+impl Shading<'_> {
+    fn shade(&self, encoder: &mut CommandEncoder, timestamp_writes: Option<ComputePassTimestampWrites<'_>>) {
         let mut pass =
-            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("light"), timestamp_writes: None });
+            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("light"), timestamp_writes });
         pass.set_pipeline(&self.pipelines.light);
-        pass.set_bind_group(0, &self.scene, &[]);
-        pass.set_bind_group(1, &self.tile, &[]);
-        pass.dispatch_workgroups(tile.size.x.div_ceil(GROUP), tile.size.y.div_ceil(GROUP), 1);
+        pass.set_bind_group(0, self.scene, &[]);
+        pass.set_bind_group(1, self.tile, &[]);
+        pass.dispatch_workgroups(self.size.x.div_ceil(GROUP), self.size.y.div_ceil(GROUP), 1);
     }
 }
 

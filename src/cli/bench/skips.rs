@@ -164,6 +164,7 @@ pub fn measure(bencher: &Bencher, backends: &[On], side: u32, repeats: u32) -> R
                 scene: case.about.into(),
                 backend: backend.to_string(),
                 device: with.stats.device.clone(),
+                clock: with.stats.clock.clone(),
                 counted: case.counted.into(),
                 count: (case.count)(&with.stats),
                 max_difference: figures(&a, &b)?.max,

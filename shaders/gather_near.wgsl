@@ -1,0 +1,30 @@
+// What the techniques of the tree share: the map to cosine space, with as many digits as it takes, and what clips the light there.
+// Twin of src/backend/gather.rs. The technique has the functions `clip_emission` and `integrate_emission`, and `near_emission`
+// for maps that are close.
+
+// The clamped-cosine integral over an emission, of a lobe clipped at its horizons.
+fn gather(
+    emitter: Emitter,
+    images: Images,
+    lobe: Lobe,
+    tolerance: f32,
+    budget: ptr<function, Budget>,
+) -> Gathered {
+    var near = NearMap(cosine_map(images, lobe), Wide2());
+    var close = false;
+    if NEAR && needs_digits(emitter, near.map, lobe) {
+        near = near_map(emitter, images, lobe);
+        close = is_close(near.map, lobe);
+    }
+    if near.map.depth == 0.0 {
+        return skipped_for(SKIP_BEHIND);
+    }
+    let clip = clip_emission(emitter, near.map, lobe);
+    if clip.below {
+        return skipped_for(SKIP_BELOW_HORIZON);
+    }
+    if close {
+        return near_emission(emitter, images, lobe, near, clip, tolerance, budget);
+    }
+    return integrate_emission(emitter, images, lobe, near.map, clip, tolerance, budget);
+}

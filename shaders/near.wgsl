@@ -1,0 +1,361 @@
+// Shading points so close to a light, or lobes so narrow, that f32 would show: the shading frame, the map to cosine space and
+// the walk over the tree with twice the digits where differences cancel, and f32 where they don't. Twin of wide_integral in
+// src/kernel/tree.rs and of wide in src/backend/gather.rs, which do all of it in f64.
+
+// Distance from the light's plane over its half-width, in cosine space, below which coordinates need their low parts.
+const CLOSE: f32 = 0.00390625;
+
+// Whether the light comes so near the origin, or the lobe's footprint on it is so small, that the rounding of the light's
+// coordinates to f32 would show. Of a needle it is the distance of the whole plane that counts, for in a space so stretched
+// the foot, once it is kept near the light, may be far.
+fn is_close(map: CosineMap, lobe: Lobe) -> bool {
+    let reach = max(map.gram.x, map.gram.z) * (CLOSE * CLOSE);
+    return select(reach > dot(map.c2, map.c2), reach * dot(map.normal, map.normal) > map.depth * map.depth, is_narrow(lobe));
+}
+
+// Whether a lobe's axis needs more digits than the f32 frame has.
+fn is_narrow(lobe: Lobe) -> bool {
+    return lobe.alpha > 0.0 && lobe.alpha < NARROW;
+}
+
+// Whether the map of a lobe needs more digits than cosine_map has. What that says of its depth may be off by rounding.
+fn needs_digits(emitter: Emitter, map: CosineMap, lobe: Lobe) -> bool {
+    let flat = !BODIES || emitter.form < FORM_SPHERE;
+    return flat && (map.depth == 0.0 || is_narrow(lobe) || is_close(map, lobe));
+}
+
+// A map with its foot to twice the digits.
+struct NearMap {
+    map: CosineMap,
+    foot: Wide2,
+}
+
+// The map of a flat light, the digits of all differences kept until they are formed.
+fn near_map(emitter: Emitter, images: Images, lobe: Lobe) -> NearMap {
+    let z = wide_normalize(widened3(images.seen.normal));
+    let view = wide_normalize(widened3(images.seen.view));
+    let cosine = wide_dot(z, view);
+    var tangent = wide_add3(view, wide_negate3(wide_scale3(z, cosine)));
+    if !(dot(tangent.hi, tangent.hi) > 1e-14) {
+        let any = widened3(any_orthonormal_vector(images.seen.normal));
+        tangent = wide_add3(any, wide_negate3(wide_scale3(z, wide_dot(z, any))));
+    }
+    let x = wide_normalize(tangent);
+    let y = wide_cross(z, x);
+    // Rows of the inverse matrix in world axes.
+    let row_x = wide_add3(wide_scale3(x, Wide(lobe.xx, 0.0)), wide_scale3(z, Wide(lobe.xz, 0.0)));
+    let row_y = wide_scale3(y, Wide(lobe.yy, 0.0));
+    let row_z = wide_add3(wide_scale3(x, Wide(lobe.zx, 0.0)), wide_scale3(z, Wide(lobe.zz, 0.0)));
+    // A power of two changes no digit.
+    let unit = images.seen.unit;
+    let axis_x = widened3(emitter.x * unit);
+    let axis_y = widened3(emitter.y * unit);
+    let apart = wide_sum3(emitter.center, -images.seen.position);
+    let center = Wide3(apart.hi * unit, apart.lo * unit);
+    // A loop and not three calls, here and below: compilers unroll nothing whose end they don't know, and code as long as this takes
+    // them seconds.
+    var vectors = array(axis_x, axis_y, center);
+    for (var k = frame.zero; k < 3u; k++) {
+        let v = vectors[k];
+        var p = array<Wide, 3>();
+        var rows = array(row_x, row_y, row_z);
+        for (var r = frame.zero; r < 3u; r++) {
+            p[r] = wide_dot(rows[r], v);
+        }
+        vectors[k] = Wide3(vec3f(p[0].hi, p[1].hi, p[2].hi), vec3f(p[0].lo, p[1].lo, p[2].lo));
+    }
+    let c0 = vectors[0];
+    let c1 = vectors[1];
+    let middle = vectors[2];
+    let normal = wide_cross(c0, c1);
+    let depth = wide_times(wide_front(emitter, images.seen), Wide(lobe_determinant(lobe), 0.0));
+    var near: NearMap;
+    near.map.c0 = c0.hi;
+    near.map.c1 = c1.hi;
+    near.map.normal = normal.hi;
+    near.map.gram = vec3f(dot(c0.hi, c0.hi), dot(c0.hi, c1.hi), dot(c1.hi, c1.hi));
+    let gram = near.map.gram;
+    let square = wide_dot(normal, normal);
+    let area2 = square.hi;
+    if !(area2 > 1e-36) {
+        return near;
+    }
+    // The foot to f32, and again from what is left.
+    var foot = Wide2();
+    var c2 = middle;
+    for (var k = frame.zero; k < 3u; k++) {
+        // (h0*g11 - h1*g01) = -(c2 . (c0*g11 - c1*g01)), as a triple product: c0*g11 - c1*g01 = c1 x (c0 x c1) up to its sign.
+        let along = vec2f(dot(cross(c1.hi, normal.hi), c2.hi), dot(cross(normal.hi, c0.hi), c2.hi));
+        let step = -along / area2;
+        foot = wide_add2(foot, widened2(step));
+        c2 = wide_add3(c2, wide_add3(wide_scale3(c0, Wide(step.x, 0.0)), wide_scale3(c1, Wide(step.y, 0.0))));
+    }
+    let limit = vec2f(FOOT_LIMIT);
+    if any(abs(foot.hi) > limit) {
+        foot = widened2(clamp(foot.hi, -limit, limit));
+        let step_x = wide_scale3(c0, Wide(foot.hi.x, 0.0));
+        c2 = wide_add3(middle, wide_add3(step_x, wide_scale3(c1, Wide(foot.hi.y, 0.0))));
+    }
+    // Across the plane the foot's image is what D says: near contact the sum for it cancels, and D has all its digits.
+    let off = wide_over(wide_add(depth, wide_dot(normal, c2)), square);
+    c2 = wide_add3(c2, wide_negate3(wide_scale3(normal, off)));
+    near.foot = foot;
+    near.map.foot = foot.hi;
+    near.map.c2 = c2.hi;
+    near.map.w0 = wide_cross(c0, c2).hi;
+    near.map.w1 = wide_cross(c1, c2).hi;
+    near.map.depth = depth.hi;
+    let foot_x = wide_scale3(axis_x, Wide(foot.hi.x, foot.lo.x));
+    let at_foot = wide_add3(center, wide_add3(foot_x, wide_scale3(axis_y, Wide(foot.hi.y, foot.lo.y))));
+    near.map.surface = vec3f(wide_dot(z, axis_x).hi, wide_dot(z, axis_y).hi, wide_dot(z, at_foot).hi);
+    return near;
+}
+
+// A point of tree space relative to the foot.
+fn near_point(high: vec2f, low: vec2f, foot: Wide2) -> Wide2 {
+    return wide_add2(Wide2(high, low), wide_negate2(foot));
+}
+
+fn near_height(height: Height, q: Wide2) -> Wide {
+    let p = wide_times2(widened2(height.form.xy), q);
+    return wide_add(wide_add(Wide(p.hi.x, p.lo.x), Wide(p.hi.y, p.lo.y)), Wide(height.form.z, 0.0));
+}
+
+// Twin of edge_integral.
+fn near_edge_integral(map: CosineMap, a: Wide2, b: Wide2) -> f32 {
+    let pa = map_point(map, a.hi);
+    let pb = map_point(map, b.hi);
+    let inv = 1.0 / (length(pa) * length(pb));
+    let u = wide_add2(b, wide_negate2(a));
+    return edge_angle(edge_normal(map, wide_perp_dot(u, a).hi, u.hi), dot(pa, pb) * inv, inv);
+}
+
+// A cut whose range has twice the digits.
+struct NearCut {
+    start: Wide,
+    end: Wide,
+    closing: f32,
+}
+
+// The point at t of the edge from a to b.
+fn near_along(a: Wide2, b: Wide2, t: Wide) -> Wide2 {
+    return wide_add2(a, wide_scale2(wide_add2(b, wide_negate2(a)), t));
+}
+
+// Twin of cut_at.
+fn near_cut_at(map: CosineMap, plane: Horizon, cut_any: NearCut, a: Wide2, b: Wide2) -> NearCut {
+    var cut = cut_any;
+    let ha = near_height(plane.height, a);
+    let hb = near_height(plane.height, b);
+    if ha.hi > 0.0 && hb.hi > 0.0 {
+        return cut;
+    }
+    if !(ha.hi > 0.0) && !(hb.hi > 0.0) {
+        cut.end = Wide(0.0, 0.0);
+        return cut;
+    }
+    let t = wide_over(ha, wide_add(ha, wide_negate(hb)));
+    let closing = plane_crossing(plane, map_point(map, near_along(a, b, t).hi));
+    if ha.hi > 0.0 {
+        cut.closing -= closing;
+        if t.hi < cut.end.hi {
+            cut.end = t;
+        }
+    } else {
+        cut.closing += closing;
+        if t.hi > cut.start.hi {
+            cut.start = t;
+        }
+    }
+    return cut;
+}
+
+// Twin of edge_above and cut_edge.
+fn near_edge_above(map: CosineMap, clip: Clip, place: u32, a: Wide2, b: Wide2) -> f32 {
+    if place >= PLACE_BELOW {
+        if clip.planes < 2u {
+            return 0.0;
+        }
+        var plane = clip.first;
+        if place == PLACE_BELOW {
+            plane = clip.second;
+        }
+        return plane_far_crossing(plane) * near_far_sign(plane.height, a, b);
+    }
+    var cut = NearCut(Wide(0.0, 0.0), Wide(1.0, 0.0), 0.0);
+    if place == PLACE_CUT {
+        for (var k = 0u; k < clip.planes; k++) {
+            var plane = clip.first;
+            if k == 1u {
+                plane = clip.second;
+            }
+            cut = near_cut_at(map, plane, cut, a, b);
+        }
+        if !(cut.start.hi < cut.end.hi) {
+            return cut.closing;
+        }
+    }
+    var start = a;
+    var end = b;
+    if cut.start.hi > 0.0 {
+        start = near_along(a, b, cut.start);
+    }
+    if cut.end.hi < 1.0 {
+        end = near_along(a, b, cut.end);
+    }
+    return cut.closing + near_edge_integral(map, start, end);
+}
+
+fn near_far_sign(height: Height, a: Wide2, b: Wide2) -> f32 {
+    return f32(near_height(height, b).hi > 0.0) - f32(near_height(height, a).hi > 0.0);
+}
+
+// A cubic by its differences, to twice the digits.
+struct NearCubic {
+    p0: Wide2,
+    p3: Wide2,
+    d0: Wide2,
+    d1: Wide2,
+    d2: Wide2,
+}
+
+// Twin of cubic_point.
+fn near_cubic_point(c: NearCubic, t: f32) -> Wide2 {
+    let s = 1.0 - t;
+    let e0 = wide_add2(c.d1, wide_negate2(c.d0));
+    let e1 = wide_add2(c.d2, wide_negate2(c.d1));
+    let e = wide_add2(e1, wide_negate2(e0));
+    // From the nearer end.
+    var point = c.p3;
+    var first = c.d2;
+    var second = e1;
+    var at = Wide(-s, 0.0);
+    if t < s {
+        point = c.p0;
+        first = c.d0;
+        second = e0;
+        at.hi = t;
+    }
+    let three = Wide(3.0, 0.0);
+    let quadratic = wide_add2(wide_scale2(second, three), wide_scale2(e, at));
+    let linear = wide_add2(wide_scale2(first, three), wide_scale2(quadratic, at));
+    return wide_add2(point, wide_scale2(linear, at));
+}
+
+// What f32 lost of the ends of a chord: two nodes share an element, before the handles.
+fn low_ends(emitter: Emitter, i: u32) -> vec4f {
+    let nodes_before = i - emitter.first;
+    let first = emitter.first_detail - (emitter.end - emitter.first + 1u) / 2u;
+    let pair = handles[first + nodes_before / 2u];
+    return select(vec4f(pair.p1, pair.p2), vec4f(pair.low1, pair.low2), (nodes_before & 1u) == 1u);
+}
+
+// tree_integral, of a map that is close.
+fn near_tree_integral(
+    near: NearMap,
+    clip: Clip,
+    emitter: Emitter,
+    tolerance: f32,
+    budget: ptr<function, Budget>,
+) -> Integral {
+    let map = near.map;
+    var contour = 0.0;
+    var region = 0.0;
+    var visited = 0u;
+    var i = emitter.first;
+    // Inside a leaf: piece `index` of 2^level, from `a`.
+    var leaf: NearCubic;
+    var level = 0u;
+    var index = 0u;
+    var a: Wide2;
+    while i < emitter.end {
+        visited += 1u;
+        let piece = level > 0u;
+        var link = CUBIC;
+        var b: Wide2;
+        var center: vec2f;
+        var half: vec2f;
+        var area: f32;
+        var area_3: f32;
+        var centroid: vec2f;
+        if piece {
+            let width = 1.0 / f32(1u << level);
+            let t0 = f32(index) * width;
+            let t1 = t0 + width;
+            b = leaf.p3;
+            if index + 1u != 1u << level {
+                b = near_cubic_point(leaf, t1);
+            }
+            let flat = Cubic(leaf.p0.hi, leaf.p3.hi, leaf.d0.hi, leaf.d1.hi, leaf.d2.hi);
+            let h0 = cubic_tangent(flat, t0) * width;
+            let h1 = cubic_tangent(flat, t1) * width;
+            let chord = wide_add2(b, wide_negate2(a)).hi;
+            let q2 = chord - h1;
+            area = (3.0 * perp_dot(h0, q2) + 3.0 * perp_dot(h0, chord) + 6.0 * perp_dot(q2, chord)) / 20.0;
+            let low = min(min(a.hi, a.hi + h0), min(b.hi - h1, b.hi));
+            let high = max(max(a.hi, a.hi + h0), max(b.hi - h1, b.hi));
+            center = (low + high) * 0.5;
+            half = (high - low) * 0.5;
+            centroid = a.hi + chord * 0.5 + (h0 - h1) * (0.375 * 0.4);
+        } else {
+            loaded += 56u;
+            link = nodes[i].link;
+            let low = low_ends(emitter, i);
+            a = near_point(nodes[i].a, low.xy, near.foot);
+            b = near_point(nodes[i].b, low.zw, near.foot);
+            center = near_point(nodes[i].center, vec2f(), near.foot).hi;
+            half = nodes[i].half;
+            area = node_area(nodes[i].areas);
+            area_3 = node_area_3(nodes[i].areas);
+        }
+        let kind = link & ~LINK_MASK;
+        let place = box_place(clip, center, half);
+        let e = expansion_about(map, center, half);
+        var accept = false;
+        if kind != SEGMENT && place < PLACE_BELOW {
+            accept = budget_accept(budget, expansion_bound(e, abs(area), area_3, place, piece), tolerance);
+        }
+        if !accept && kind != SEGMENT && place < PLACE_BELOW && level < DEEPEST {
+            if piece {
+                level += 1u;
+                index *= 2u;
+            } else if kind == CUBIC {
+                let ends = handles[emitter.first_detail + (link & LINK_MASK)];
+                loaded += 32u;
+                let p1 = near_point(ends.p1, ends.low1, near.foot);
+                let p2 = near_point(ends.p2, ends.low2, near.foot);
+                let d0 = wide_add2(p1, wide_negate2(a));
+                let d1 = wide_add2(p2, wide_negate2(p1));
+                leaf = NearCubic(a, b, d0, d1, wide_add2(b, wide_negate2(p2)));
+                level = 1u;
+                index = 0u;
+            } else {
+                i += 1u;
+            }
+            continue;
+        }
+        if place == PLACE_ABOVE && accept && kind != SEGMENT {
+            if piece {
+                let p = map_point(map, centroid);
+                let inv2 = 1.0 / dot(p, p);
+                region += map.depth / PI * p.z * inv2 * inv2 * area;
+            } else {
+                region += region_integral(map, e, i);
+            }
+        }
+        if kind != CLUSTER {
+            contour += near_edge_above(map, clip, place, a, b);
+        }
+        if piece {
+            a = b;
+            index += 1u;
+            let up = min(countTrailingZeros(index), level);
+            index >>= up;
+            level -= up;
+            i += u32(level == 0u);
+        } else {
+            i = select(i + 1u, emitter.first + (link & LINK_MASK), kind <= RUN);
+        }
+    }
+    return Integral(contour / TAU + region, visited);
+}
