@@ -327,7 +327,7 @@ impl<L: Lanes> View<L> {
             }
             None => None,
         };
-        let at = L::Vec2::from_foot(box_center, Vec2::ZERO, map.foot);
+        let at = L::Vec2::from_foot(box_center, DVec2::ZERO, map.foot);
         Self { map, is_map, clipped: Clip::of(&map, truth.as_ref(), at, at.fixed(box_half)) }
     }
 }

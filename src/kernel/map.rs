@@ -49,7 +49,7 @@ pub trait PlanePoint:
     type Scalar: Real<Mask = <Self::Lanes as Real>::Mask>;
 
     /// The point `high` + `low` relative to `foot`.
-    fn from_foot(high: Vec2, low: Vec2, foot: <Self::Lanes as Lanes>::Vec2) -> Self;
+    fn from_foot(high: Vec2, low: DVec2, foot: <Self::Lanes as Lanes>::Vec2) -> Self;
     /// x·other.y − y·other.x.
     fn perp_dot(self, other: Self) -> Self::Lanes;
     /// h.x·x + h.y·y + h.z.
@@ -76,7 +76,7 @@ impl PlanePoint for Vec2 {
     type Scalar = f32;
 
     #[inline(always)]
-    fn from_foot(high: Vec2, _low: Vec2, foot: Vec2) -> Self {
+    fn from_foot(high: Vec2, _low: DVec2, foot: Vec2) -> Self {
         high - foot
     }
 
@@ -121,8 +121,8 @@ impl PlanePoint for DVec2 {
     type Scalar = f64;
 
     #[inline(always)]
-    fn from_foot(high: Vec2, low: Vec2, foot: Vec2) -> Self {
-        (high.as_dvec2() + low.as_dvec2()) - foot.as_dvec2()
+    fn from_foot(high: Vec2, low: DVec2, foot: Vec2) -> Self {
+        (high.as_dvec2() + low) - foot.as_dvec2()
     }
 
     #[inline(always)]

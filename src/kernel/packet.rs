@@ -8,7 +8,7 @@ use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 pub use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
-use glam::Vec2;
+use glam::{DVec2, Vec2};
 
 /// Most lanes of any processor.
 pub const MAX_LANES: usize = 16;
@@ -305,7 +305,7 @@ impl<S: Simd> PlanePoint for Packet2<S> {
     type Scalar = Packet<S>;
 
     #[inline(always)]
-    fn from_foot(high: Vec2, _low: Vec2, foot: Self) -> Self {
+    fn from_foot(high: Vec2, _low: DVec2, foot: Self) -> Self {
         Self::new(foot.x.splat(high.x) - foot.x, foot.y.splat(high.y) - foot.y)
     }
 

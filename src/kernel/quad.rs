@@ -38,7 +38,7 @@ pub fn quad_integral(map: &CosineMap, clip: &Clip, quad: &Quad) -> f32 {
 fn edges<P: PlanePoint<Lanes = f32>>(map: &CosineMap, horizons: &[Horizon], quad: &Quad) -> f32 {
     let corner = |x: f32, y: f32| {
         let side = Vec2::new(x, y);
-        P::from_foot(quad.half * side, quad.low * side, map.foot)
+        P::from_foot(quad.half * side, (quad.low * side).as_dvec2(), map.foot)
     };
     let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
     let edge = |i: usize| cut_edge(map, horizons, corners[i], corners[(i + 1) % 4]);

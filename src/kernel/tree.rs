@@ -75,27 +75,25 @@ impl Node {
 }
 
 /// The handles of a cubic leaf.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Handles {
     /// First handle.
     pub p1: Vec2,
     /// Second handle.
     pub p2: Vec2,
     /// What f32 lost of the first handle.
-    pub low1: Vec2,
+    pub low1: DVec2,
     /// What f32 lost of the second handle.
-    pub low2: Vec2,
+    pub low2: DVec2,
 }
 
 /// What f32 lost of a node's chord ends. Read only where a lobe's footprint on the light is so small that it shows.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LowEnds {
     /// Of [`Node::a`].
-    pub a: Vec2,
+    pub a: DVec2,
     /// Of [`Node::b`].
-    pub b: Vec2,
+    pub b: DVec2,
 }
 
 /// The arrays of a tree.
@@ -392,9 +390,9 @@ impl<'a, P: PlanePoint> Lobe<'a, P> {
         let node = &tree.nodes[i];
         let awake = self.lanes & P::Lanes::reached(self.next, i as u32);
         self.visited = P::Lanes::count(self.visited, awake);
-        let center = <P::Lanes as Lanes>::Vec2::from_foot(node.center, Vec2::ZERO, map.foot);
+        let center = <P::Lanes as Lanes>::Vec2::from_foot(node.center, DVec2::ZERO, map.foot);
         let half = center.fixed(node.half);
-        let end = |high: Vec2, low: Vec2| P::from_foot(high, low, map.foot);
+        let end = |high: Vec2, low: DVec2| P::from_foot(high, low, map.foot);
         let (a, b) = (end(node.a, tree.low[i].a), end(node.b, tree.low[i].b));
         let place = place(map.depth, horizons, center, half);
         if kind != CLUSTER && horizons.len() == 2 {

@@ -4,7 +4,7 @@
 use super::lanes::{Doubles, Lanes, Real, Triple, Vector};
 use super::map::PlanePoint;
 use core::ops::{Add, Div, Mul, Neg, Sub};
-use glam::Vec2;
+use glam::{DVec2, Vec2};
 
 /// An f64 that the kernel computes with.
 #[derive(Clone, Copy, Debug)]
@@ -108,8 +108,7 @@ impl Lanes for Wide {
     type Vec2 = Wide2;
     type Vec3 = Wide3;
     type Index = u32;
-    // The tree has its coordinates in 48 bits.
-    const MARGIN: f32 = 6e-14;
+    const MARGIN: f32 = 4e-15;
 
     #[inline(always)]
     fn copysign(self, sign: Self) -> Self {
@@ -207,8 +206,8 @@ impl PlanePoint for Wide2 {
     type Scalar = Wide;
 
     #[inline(always)]
-    fn from_foot(high: Vec2, low: Vec2, foot: Self) -> Self {
-        let point = high.as_dvec2() + low.as_dvec2();
+    fn from_foot(high: Vec2, low: DVec2, foot: Self) -> Self {
+        let point = high.as_dvec2() + low;
         Self { x: Wide(point.x) - foot.x, y: Wide(point.y) - foot.y }
     }
 

@@ -10,7 +10,7 @@ const TURN_COS: f64 = 0.8;
 /// Halvings of one curve at build time.
 const SPLITS: u32 = 6;
 /// Handles nearer the chord than this (in chords, and in tree space) make a straight edge.
-const STRAIGHT: [f64; 2] = [1e-12, 1e-15];
+const STRAIGHT: [f64; 2] = [1e-14, 4e-16];
 
 /// Ratio of the unsigned area by scan lines to |m0| above which contours overlap or cross themselves.
 const SOUND: f64 = 1.1;
@@ -95,7 +95,7 @@ impl Tree {
     /// Makes room for a node, to be filled when its children are there.
     fn reserve(&mut self) -> usize {
         self.nodes.push(bytemuck::Zeroable::zeroed());
-        self.low.push(bytemuck::Zeroable::zeroed());
+        self.low.push(LowEnds::default());
         self.nodes.len() - 1
     }
 
@@ -343,8 +343,8 @@ fn halved(curve: CubicBez) -> [CubicBez; 2] {
 }
 
 /// What rounding to f32 takes from a point.
-fn lost(p: DVec2) -> Vec2 {
-    (p - p.as_vec2().as_dvec2()).as_vec2()
+fn lost(p: DVec2) -> DVec2 {
+    p - p.as_vec2().as_dvec2()
 }
 
 /// Halves a curve until each part turns little; drops parts that are a point.

@@ -109,11 +109,13 @@ impl Seen {
     fn straddles(&self, case: &Case, horizons: Horizons, hair: f64, value: f64, within: f64) -> bool {
         let [x, y, origin] = self.c;
         let half = Square::around(case.stage.shape.bounds()).map_or(0.0, |s| s.half + s.center.length());
-        let step = hair * (origin.length() + half * x.length().max(y.length()));
+        let widest = hair * (origin.length() + half * x.length().max(y.length()));
         let normal = x.cross(y).normalize_or(DVec3::Z);
         let steps = [normal, x.normalize_or(DVec3::X), y.normalize_or(DVec3::Y)];
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for index in 0..27 {
+        // A peak may be narrower than the widest steps: they are tried at several sizes.
+        for (index, size) in (0..27).flat_map(|index| [1.0, 0.1, 0.01].map(|size| (index, size))) {
+            let step = widest * size;
             let by = |k: u32| f64::from(index / 3_i32.pow(k) % 3 - 1) * step;
             let moved = origin + steps[0] * by(0) + steps[1] * by(1) + steps[2] * by(2);
             let mut map = Self { c: [x, y, moved], frame: self.frame }.map(case, horizons);

@@ -54,7 +54,7 @@ pub trait Meter: Sync {
     }
 }
 
-/// Light space in two f32 has 48 bits.
+/// The roundings of some fifty operations of the set-up.
 const F64_HAIR: f64 = 1e-14;
 
 /// Where lobes are clipped, by what a technique can.

@@ -3,7 +3,7 @@
 #![cfg(feature = "gpu")]
 
 use core::mem::offset_of;
-use glyphlight::backend::gpu::layout::{Box, Emitter, Frame, MeterPoint, Pixel, Reading};
+use glyphlight::backend::gpu::layout::{Box, Emitter, Frame, Handles, MeterPoint, Pixel, Reading};
 use glyphlight::backend::gpu::source::{Source, gbuffer, light, meter};
 use glyphlight::backend::technique::NAMES;
 use glyphlight::kernel::cluster::Cluster;
@@ -15,7 +15,7 @@ use glyphlight::kernel::quad::Quad;
 use glyphlight::kernel::representative::Solid;
 use glyphlight::kernel::surface::{Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle};
 use glyphlight::kernel::tile::LightBox;
-use glyphlight::kernel::tree::{Handles, Node};
+use glyphlight::kernel::tree::Node;
 use std::collections::BTreeMap;
 use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
 use wgpu::naga::{Module, TypeInner, front::wgsl};

@@ -6,7 +6,7 @@ use crate::backend::emitter::{self, Geometry};
 use crate::kernel::pal::Polygon;
 use crate::kernel::picture::Level;
 use crate::kernel::surface::Rays;
-use crate::kernel::tree::{Handles, LowEnds};
+use crate::kernel::tree::{self, LowEnds};
 use crate::light::prefilter::Prefiltered;
 use crate::light::simple::Facing;
 use crate::light::{Form, Square};
@@ -187,7 +187,7 @@ impl Emitters {
                 Geometry::Tree(tree) => {
                     [packed.first, packed.end] = all.regions.extend(&tree.nodes);
                     all.details.extend(&low_pairs(&tree.low));
-                    [packed.first_detail, _] = all.details.extend(&tree.handles);
+                    [packed.first_detail, _] = all.details.extend(&handles(&tree.handles));
                 }
                 Geometry::Polygons(polygons, _) => {
                     let [edge, _] = all.details.extend(&polygons.edges);
@@ -210,7 +210,7 @@ impl Emitters {
                 Geometry::Quad(quad) => [packed.first, packed.end] = all.regions.extend(&[*quad]),
                 Geometry::Mosaic(mosaic) => {
                     [packed.first, packed.end] = all.regions.extend(&mosaic.nodes);
-                    [packed.first_detail, _] = all.details.extend(&mosaic.handles);
+                    [packed.first_detail, _] = all.details.extend(&handles(&mosaic.handles));
                     [packed.picture, _] = all.pictures.extend(&mosaic.tiles);
                 }
             }
@@ -239,11 +239,31 @@ impl Emitters {
     }
 }
 
+/// The handles of a cubic leaf, in two floats each.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Handles {
+    /// First handle.
+    pub p1: Vec2,
+    /// Second handle.
+    pub p2: Vec2,
+    /// What the first float lost of the first handle.
+    pub low1: Vec2,
+    /// What the first float lost of the second handle.
+    pub low2: Vec2,
+}
+
+fn handles(all: &[tree::Handles]) -> Vec<Handles> {
+    let two = |h: &tree::Handles| Handles { p1: h.p1, p2: h.p2, low1: h.low1.as_vec2(), low2: h.low2.as_vec2() };
+    all.iter().map(two).collect()
+}
+
 /// The low ends of nodes, those of two in the place of a cubic's handles: they come before the handles of their tree.
 fn low_pairs(low: &[LowEnds]) -> Vec<Handles> {
     let pair = |pair: &[LowEnds]| {
-        let [first, second] = [pair[0], pair.get(1).copied().unwrap_or(LowEnds::zeroed())];
-        Handles { p1: first.a, p2: first.b, low1: second.a, low2: second.b }
+        let [first, second] = [pair[0], pair.get(1).copied().unwrap_or_default()];
+        let [p1, p2, low1, low2] = [first.a, first.b, second.a, second.b].map(|low| low.as_vec2());
+        Handles { p1, p2, low1, low2 }
     };
     low.chunks(2).map(pair).collect()
 }
