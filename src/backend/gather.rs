@@ -19,7 +19,7 @@ use crate::kernel::polygon::uniform_integral;
 use crate::kernel::quad::{QUAD_EDGES, Quad, quad_integral};
 use crate::kernel::representative::{Body, Solid};
 use crate::kernel::subdivide::{default_eps, kuge_integral};
-use crate::kernel::tree::{Budget, tree_integral, wide_integral};
+use crate::kernel::tree::{Budget, tree_integral};
 use crate::kernel::wide::{Wide, Wide3};
 use crate::light::Square;
 use crate::light::distance::Polygons;
@@ -183,21 +183,22 @@ impl Images {
     ) -> Result<Gathered, Skip> {
         let root = &tree.nodes[0];
         let (map, clip) = self.clipped(emitter.square, lobe, [root.center, root.half])?;
-        let seen = self.from_side(emitter, map.depth)?;
-        let integral = if map.is_close() {
-            let view = self.wide(emitter.square, lobe, [root.center, root.half]);
-            if view.clipped.below {
-                return Err(Skip::BelowHorizon);
-            }
-            wide_integral(&view.map, &view.clipped.clip, tree.view(), tolerance, budget)
+        let seen = self.seen_from(emitter, map.depth)?;
+        let (value, visited) = if map.is_close() {
+            let (map, clip) = self.clipped_wide(emitter.square, lobe, [root.center, root.half])?;
+            let mut own = (*budget).into();
+            let integral = tree_integral(&map, &clip, tree.view(), tolerance.into(), &mut own, true);
+            *budget = own.into();
+            (integral.value.0 as f32, integral.visited)
         } else {
-            tree_integral(&map, &clip, tree.view(), tolerance, budget)
+            let integral = tree_integral(&map, &clip, tree.view(), tolerance, budget, true);
+            (integral.value, integral.visited)
         };
-        Ok(seen.lit(integral.value, integral.visited).painted(emitter, &map))
+        Ok(seen.lit(value, visited).painted(emitter, &map))
     }
 
     /// The same from the side that the map is on, whose sign is exact: the images have been rounded since the side was asked first.
-    fn from_side(&self, emitter: &Emitter, depth: f32) -> Result<Self, Skip> {
+    fn seen_from(&self, emitter: &Emitter, depth: f32) -> Result<Self, Skip> {
         let back = depth < 0.0;
         match () {
             () if back == self.back || emitter.facing == Facing::Whole => Ok(*self),
@@ -208,9 +209,15 @@ impl Images {
 
     /// Clipped at z = 0 of cosine space only, as published.
     fn by_quad(&self, c: [DVec3; 3], emitter: &Emitter, quad: &Quad) -> Result<Gathered, Skip> {
-        let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
-        let clip = self.clip(&map, -map.foot, quad.half)?;
-        Ok(self.lit(quad_integral(&map, &clip, quad), QUAD_EDGES).painted(emitter, &map))
+        let Square { center, half } = emitter.square;
+        let map = CosineMap::new(c, center, half).ok_or(Skip::Behind)?;
+        let value = if map.is_close() {
+            let (map, _) = CosineMap::<Wide>::of::<Wide>(c.map(wide), center, half);
+            quad_integral(&map, &self.clip(&map, quad.half)?, quad).0 as f32
+        } else {
+            quad_integral(&map, &self.clip(&map, quad.half)?, quad)
+        };
+        Ok(self.lit(value, QUAD_EDGES).painted(emitter, &map))
     }
 
     /// By a technique that knows z = 0 only. The light is taken for its whole square where it is asked what clips it.
@@ -221,7 +228,7 @@ impl Images {
         integrate: impl FnOnce(&CosineMap, Option<&Horizon>) -> EdgeSum,
     ) -> Result<Gathered, Skip> {
         let map = CosineMap::new(c, emitter.square.center, emitter.square.half).ok_or(Skip::Behind)?;
-        let clip = self.clip(&map, -map.foot, Vec2::ONE)?;
+        let clip = self.clip(&map, Vec2::ONE)?;
         let sum = integrate(&map, clip.planes().first());
         Ok(self.lit(sum.value, sum.edges).painted(emitter, &map))
     }
@@ -236,10 +243,19 @@ impl Images {
     ) -> Result<Gathered, Skip> {
         let root = &mosaic.tiles[0];
         let (map, clip) = self.clipped(emitter.square, lobe, [root.center, root.half])?;
-        let back = self.from_side(emitter, map.depth)?.back;
-        let integral = mosaic_integral(&map, &clip, mosaic.view(), tolerance, budget);
-        let value = if back { -integral.value } else { integral.value };
-        Ok(Gathered { value: value.max(Vec3::ZERO).as_dvec3(), visited: integral.visited })
+        let back = self.seen_from(emitter, map.depth)?.back;
+        let (value, visited) = if map.is_close() {
+            let (map, clip) = self.clipped_wide(emitter.square, lobe, [root.center, root.half])?;
+            let mut own = (*budget).into();
+            let integral = mosaic_integral(&map, &clip, mosaic.view(), tolerance.into(), &mut own);
+            *budget = own.into();
+            (DVec3::from_array(integral.value.map(|value| value.0)), integral.visited)
+        } else {
+            let integral = mosaic_integral(&map, &clip, mosaic.view(), tolerance, budget);
+            (Vec3::from_array(integral.value).as_dvec3(), integral.visited)
+        };
+        let value = if back { -value } else { value };
+        Ok(Gathered { value: value.max(DVec3::ZERO), visited })
     }
 
     /// [`View::new`] at one point.
@@ -253,19 +269,29 @@ impl Images {
     }
 
     /// [`View::new`] at one point, in f64 to the end.
-    fn wide(&self, square: Square, lobe: Option<&Lobe>, bounds: [Vec2; 2]) -> View<Wide> {
-        let vector = |v: DVec3| -> Wide3 { Vector::of(Wide(v.x), Wide(v.y), Wide(v.z)) };
+    fn clipped_wide(
+        &self,
+        square: Square,
+        lobe: Option<&Lobe>,
+        bounds: [Vec2; 2],
+    ) -> Result<(CosineMap<Wide>, Clip<Wide>), Skip> {
         let lobe = lobe.map(|lobe| {
             let InverseMatrix { xx, xz, yy, zx, zz } = lobe.m_inv.widen();
             let m_inv = InverseMatrix { xx: Wide(xx), xz: Wide(xz), yy: Wide(yy), zx: Wide(zx), zz: Wide(zz) };
-            (m_inv, vector(lobe.m_row_z.as_dvec3()))
+            (m_inv, wide(lobe.m_row_z.as_dvec3()))
         });
-        View::new::<Wide>(self.c.map(vector), square, lobe, bounds, self.may_be_cut)
+        let view = View::new::<Wide>(self.c.map(wide), square, lobe, bounds, self.may_be_cut);
+        if view.clipped.below { Err(Skip::BelowHorizon) } else { Ok((view.map, view.clipped.clip)) }
     }
 
-    /// What clips the box with that centre relative to the foot and those half-extents at z = 0 of cosine space.
-    fn clip(&self, map: &CosineMap, center: Vec2, half: Vec2) -> Result<Clip, Skip> {
-        if self.may_be_cut { Clip::new(map, None, center, half).ok_or(Skip::BelowHorizon) } else { Ok(Clip::none(map)) }
+    /// What clips the box about the middle of tree space with those half-extents at z = 0 of cosine space.
+    fn clip<L: Lanes<Mask = bool>>(&self, map: &CosineMap<L>, half: Vec2) -> Result<Clip<L>, Skip> {
+        if !self.may_be_cut {
+            return Ok(Clip::none(map));
+        }
+        let middle = L::Vec2::of(-map.foot.x(), -map.foot.y());
+        let Clipped { clip, below } = Clip::of(map, None, middle, middle.fixed(half));
+        if below { Err(Skip::BelowHorizon) } else { Ok(clip) }
     }
 
     /// A signed integral from the side the point is on.
@@ -330,6 +356,11 @@ impl<L: Lanes> View<L> {
         let at = L::Vec2::from_foot(box_center, DVec2::ZERO, map.foot);
         Self { map, is_map, clipped: Clip::of(&map, truth.as_ref(), at, at.fixed(box_half)) }
     }
+}
+
+/// A vector for the kernel in f64.
+fn wide(v: DVec3) -> Wide3 {
+    Vector::of(Wide(v.x), Wide(v.y), Wide(v.z))
 }
 
 /// The images of an emitter's light-space axes and origin, relative to the point, in world axes. `None` where the point is

@@ -7,7 +7,7 @@ use crate::brdf::ltc::{InverseMatrix, Lobe};
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::lanes::{Lanes, Mask, Real, Triple, Vector};
 use crate::kernel::packet::{DoublePacket, MAX_LANES, Packet, PacketMask, Processor, Simd, Task};
-use crate::kernel::tree::{Budget, SHARE, tree_integrals};
+use crate::kernel::tree::{Budget, SHARE, tree_integral};
 use crate::light::simple::Facing;
 use crate::light::tree::Tree;
 use glam::DVec3;
@@ -204,7 +204,7 @@ impl Task for Asking<'_> {
             let tolerance = like.load(tolerance);
             let mut budget = Budget { spent: like.load(&points.spent), share: like.load(&points.share) };
             let clip = &view.clipped.clip;
-            let integral = tree_integrals(&view.map, clip, tree.view(), tolerance, &mut budget, far);
+            let integral = tree_integral(&view.map, clip, tree.view(), tolerance, &mut budget, far);
             let value = Packet::select(back, -integral.value, integral.value);
             value.between(0.0, 1.0).store(&mut answer.value);
             integral.visited.store(&mut answer.visited);

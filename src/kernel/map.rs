@@ -38,8 +38,8 @@ pub struct CosineMap<L: Lanes = f32> {
     pub gram: [L; 3],
 }
 
-/// A point of the light's plane relative to the map's foot: [`Vec2`] as a rule, [`DVec2`] where the light is close
-/// ([`CosineMap::is_close`]) and f32 would turn a long edge about the foot, or one for each lane. The formulas are the same.
+/// A point of the light's plane relative to the map's foot: [`Vec2`], the same in f64 where the light is close
+/// ([`CosineMap::is_close`]), or one for each lane. The formulas are the same.
 pub trait PlanePoint:
     Copy + Debug + Add<Output = Self> + Sub<Output = Self> + Mul<Self::Scalar, Output = Self>
 {
@@ -112,52 +112,6 @@ impl PlanePoint for Vec2 {
 
     #[inline(always)]
     fn of(x: f32, y: f32) -> Self {
-        Self::new(x, y)
-    }
-}
-
-impl PlanePoint for DVec2 {
-    type Lanes = f32;
-    type Scalar = f64;
-
-    #[inline(always)]
-    fn from_foot(high: Vec2, low: DVec2, foot: Vec2) -> Self {
-        (high.as_dvec2() + low) - foot.as_dvec2()
-    }
-
-    #[inline(always)]
-    fn perp_dot(self, other: Self) -> f32 {
-        Self::perp_dot(self, other) as f32
-    }
-
-    #[inline(always)]
-    fn form(self, h: Vec3) -> f64 {
-        let h = h.as_dvec3();
-        h.x * self.x + h.y * self.y + h.z
-    }
-
-    #[inline(always)]
-    fn round(self) -> Vec2 {
-        self.as_vec2()
-    }
-
-    #[inline(always)]
-    fn x(self) -> f64 {
-        self.x
-    }
-
-    #[inline(always)]
-    fn y(self) -> f64 {
-        self.y
-    }
-
-    #[inline(always)]
-    fn select(mask: bool, yes: Self, no: Self) -> Self {
-        if mask { yes } else { no }
-    }
-
-    #[inline(always)]
-    fn of(x: f64, y: f64) -> Self {
         Self::new(x, y)
     }
 }

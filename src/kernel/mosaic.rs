@@ -6,10 +6,11 @@
 //! is above the tolerance the walk goes on with the two halves of the tile, down to tiles of one colour.
 
 use super::horizon::Clip;
-use super::map::CosineMap;
+use super::lanes::Lanes;
+use super::map::{CosineMap, PlanePoint};
 use super::tree::{Budget, Expansion, Handles, LowEnds, Node, Nodes, place, tree_integral};
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec2, Vec3};
+use glam::{DVec2, Vec2, Vec3};
 
 /// A tile of a mosaic, in pre-order. Lengths are tree space, colours linear Rec.709.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -59,58 +60,71 @@ pub struct Tiles<'a> {
 }
 
 /// A value for each channel and what it cost.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ColorIntegral {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColorIntegral<L = f32> {
     /// The integral, normalised: 1 for a full hemisphere of white.
-    pub value: Vec3,
+    pub value: [L; 3],
     /// Tiles, nodes and pieces of leaves visited.
     pub visited: u32,
 }
 
 /// The clamped-cosine integral of the region's colours over the hemisphere that `clip` leaves, signed as
 /// [`tree_integral`] is, and as near.
-pub fn mosaic_integral(
-    map: &CosineMap,
-    clip: &Clip,
+pub fn mosaic_integral<L: Lanes<Mask = bool, Index = u32>>(
+    map: &CosineMap<L>,
+    clip: &Clip<L>,
     mosaic: Tiles<'_>,
-    tolerance: f32,
-    budget: &mut Budget,
-) -> ColorIntegral {
-    let mut sum = ColorIntegral::default();
+    tolerance: L,
+    budget: &mut Budget<L>,
+) -> ColorIntegral<L> {
+    let (mut value, mut visited) = ([tolerance.splat(0.0); 3], 0);
+    let mut add = |factor: L, color: Vec3| {
+        for (sum, channel) in value.iter_mut().zip(color.to_array()) {
+            *sum = *sum + factor * channel;
+        }
+    };
     let mut i = 0;
     while i < mosaic.tiles.len() {
         let tile = &mosaic.tiles[i];
-        sum.visited += 1;
-        let center = tile.center - map.foot;
-        let place = place(map.depth, clip.planes(), center, tile.half);
+        visited += 1;
+        let center = L::Vec2::from_foot(tile.center, DVec2::ZERO, map.foot);
+        let half = center.fixed(tile.half);
+        let place = place(map.depth, clip.planes(), center, half);
         // A whole region below a horizon: whatever its contours cross elsewhere, they cross back.
         if place.below() {
             i = tile.skip as usize;
             continue;
         }
         if tile.deviation > 0.0 {
-            let expansion = Expansion::new(map, center, tile.half);
-            let bound =
-                if place.above { expansion.remainder(tile.deviation_3) } else { expansion.magnitude(tile.deviation) };
+            let expansion = Expansion::new(map, center, half);
+            let bound = if place.above {
+                expansion.remainder(tolerance.splat(tile.deviation_3))
+            } else {
+                expansion.magnitude(tolerance.splat(tile.deviation))
+            };
             if !budget.accept(bound, tolerance, true) {
                 i += 1;
                 continue;
             }
             if place.above {
                 let d = expansion.derivatives(map);
-                sum.value += tile.m1_x * d.gradient[0] + tile.m1_y * d.gradient[1];
-                sum.value += tile.m2_xx * d.curvature[0] + tile.m2_xy * d.curvature[1] + tile.m2_yy * d.curvature[2];
+                add(d.gradient[0], tile.m1_x);
+                add(d.gradient[1], tile.m1_y);
+                add(d.curvature[0], tile.m2_xx);
+                add(d.curvature[1], tile.m2_xy);
+                add(d.curvature[2], tile.m2_yy);
             }
         }
         let brightest = tile.mean.max_element();
         if brightest > 0.0 {
-            let inner = tree_integral(map, clip, mosaic.tree(tile), tolerance / brightest, budget);
-            sum.value += tile.mean * inner.value;
-            sum.visited += inner.visited;
+            let share = tolerance / tolerance.splat(brightest);
+            let inner = tree_integral(map, clip, mosaic.tree(tile), share, budget, true);
+            add(inner.value, tile.mean);
+            visited += inner.visited;
         }
         i = tile.skip as usize;
     }
-    sum
+    ColorIntegral { value, visited }
 }
 
 impl<'a> Tiles<'a> {

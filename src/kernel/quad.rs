@@ -1,7 +1,8 @@
 //! The clamped-cosine integral of a rectangle: four clipped edges (Heitz, Dupuy, Hill, Neubelt 2016). Twin:
 //! `shaders/quad.wgsl`.
 
-use super::horizon::{Clip, Horizon, cut_edge};
+use super::horizon::{Clip, cut_edge};
+use super::lanes::Lanes;
 use super::map::{CosineMap, PlanePoint};
 use bytemuck::{Pod, Zeroable};
 use core::f32::consts::TAU;
@@ -30,17 +31,12 @@ impl Quad {
 
 /// The integral over the rectangle inside the half-spaces of `clip`, signed: positive in front of the light, negative
 /// behind; 1 for a full hemisphere.
-pub fn quad_integral(map: &CosineMap, clip: &Clip, quad: &Quad) -> f32 {
-    let horizons = clip.planes();
-    if map.is_close() { edges::<DVec2>(map, horizons, quad) } else { edges::<Vec2>(map, horizons, quad) }
-}
-
-fn edges<P: PlanePoint<Lanes = f32>>(map: &CosineMap, horizons: &[Horizon], quad: &Quad) -> f32 {
+pub fn quad_integral<L: Lanes>(map: &CosineMap<L>, clip: &Clip<L>, quad: &Quad) -> L {
     let corner = |x: f32, y: f32| {
         let side = Vec2::new(x, y);
-        P::from_foot(quad.half * side, (quad.low * side).as_dvec2(), map.foot)
+        L::Vec2::from_foot(quad.half * side, (quad.low * side).as_dvec2(), map.foot)
     };
     let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-    let edge = |i: usize| cut_edge(map, horizons, corners[i], corners[(i + 1) % 4]);
-    (edge(0) + edge(1) + edge(2) + edge(3)) / TAU
+    let edge = |i: usize| cut_edge(map, clip.planes(), corners[i], corners[(i + 1) % 4]);
+    (edge(0) + edge(1) + edge(2) + edge(3)) * (1.0 / TAU)
 }

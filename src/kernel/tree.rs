@@ -10,8 +10,6 @@ use super::edge::edge_integral;
 use super::horizon::{Clip, Horizon, cut_edge};
 use super::lanes::{Lanes, Mask, Real, Vector};
 use super::map::{CosineMap, PlanePoint};
-use super::packet::{Packet, Packet2, PacketMask, Simd};
-use super::wide::{Wide, Wide2};
 use bytemuck::{Pod, Zeroable};
 use core::f32::consts::{FRAC_1_PI, TAU};
 use glam::{DVec2, Vec2};
@@ -250,44 +248,17 @@ impl<L: Lanes> Budget<L> {
 
 /// The clamped-cosine integral of the light over the hemisphere that `clip` leaves, signed: positive in front of
 /// the light (map.depth > 0), negative behind. Nodes whose error bound is within their share of `tolerance` are not refined.
-pub fn tree_integral(map: &CosineMap, clip: &Clip, tree: Nodes<'_>, tolerance: f32, budget: &mut Budget) -> Integral {
-    let horizons = clip.planes();
-    if map.is_close() {
-        let [integral] = walk([Lobe::<DVec2>::new(map, horizons, tolerance, true)], tree, budget);
-        integral
-    } else {
-        let [integral] = walk([Lobe::<Vec2>::new(map, horizons, tolerance, true)], tree, budget);
-        integral
-    }
-}
-
-/// [`tree_integral`] in f64.
-pub fn wide_integral(
-    map: &CosineMap<Wide>,
-    clip: &Clip<Wide>,
-    tree: Nodes<'_>,
-    tolerance: f32,
-    budget: &mut Budget,
-) -> Integral {
-    let Budget { spent, share } = *budget;
-    let wide = |v: f32| Wide(f64::from(v));
-    let mut own = Budget { spent: wide(spent), share: wide(share) };
-    let [integral] = walk([Lobe::<Wide2>::new(map, clip.planes(), wide(tolerance), true)], tree, &mut own);
-    *budget = Budget { spent: own.spent.0 as f32, share: own.share.0 as f32 };
-    Integral { value: integral.value.0 as f32, visited: integral.visited }
-}
-
-/// [`tree_integral`] of the lanes that take part, none of which is close ([`CosineMap::is_close`]).
+/// Only the given lanes take part; where one is close ([`CosineMap::is_close`]) it wants f64.
 #[inline(always)]
-pub fn tree_integrals<S: Simd>(
-    map: &CosineMap<Packet<S>>,
-    clip: &Clip<Packet<S>>,
+pub fn tree_integral<L: Lanes>(
+    map: &CosineMap<L>,
+    clip: &Clip<L>,
     tree: Nodes<'_>,
-    tolerance: Packet<S>,
-    budget: &mut Budget<Packet<S>>,
-    lanes: PacketMask<S>,
-) -> Integral<Packet<S>> {
-    let [integral] = walk([Lobe::<Packet2<S>>::new(map, clip.planes(), tolerance, lanes)], tree, budget);
+    tolerance: L,
+    budget: &mut Budget<L>,
+    lanes: L::Mask,
+) -> Integral<L> {
+    let [integral] = walk([Lobe::<L::Vec2>::new(map, clip.planes(), tolerance, lanes)], tree, budget);
     integral
 }
 

@@ -3,12 +3,31 @@
 
 use super::lanes::{Doubles, Lanes, Real, Triple, Vector};
 use super::map::PlanePoint;
+use super::tree::Budget;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use glam::{DVec2, Vec2};
 
 /// An f64 that the kernel computes with.
 #[derive(Clone, Copy, Debug)]
 pub struct Wide(pub f64);
+
+impl From<f32> for Wide {
+    fn from(value: f32) -> Self {
+        Self(f64::from(value))
+    }
+}
+
+impl From<Budget> for Budget<Wide> {
+    fn from(Budget { spent, share }: Budget) -> Self {
+        Self { spent: spent.into(), share: share.into() }
+    }
+}
+
+impl From<Budget<Wide>> for Budget {
+    fn from(Budget { spent, share }: Budget<Wide>) -> Self {
+        Self { spent: spent.0 as f32, share: share.0 as f32 }
+    }
+}
 
 /// A point of the light's plane.
 #[derive(Clone, Copy, Debug)]

@@ -26,7 +26,7 @@ fn walk(c: [DVec3; 3], horizon: Option<DVec3>, tree: &Tree, tolerance: f32) -> (
     });
     let root = tree.nodes[0];
     let Some(clip) = Clip::new(&map, truth.as_ref(), root.center - map.foot, root.half) else { return (0.0, 0) };
-    let integral = tree_integral(&map, &clip, tree.view(), tolerance, &mut Budget::default());
+    let integral = tree_integral(&map, &clip, tree.view(), tolerance, &mut Budget::default(), true);
     (integral.value, integral.visited)
 }
 
