@@ -3,12 +3,15 @@
 //! Signs of five words stand about on the floor ([`glyphlight::scene::signs`]), which grows with their number, or they shrink on the
 //! same floor. Runs of all counts take turns; ratios are of times in the same turn, less what the thread waited for a processor.
 //! Run: `cargo bench --bench lights`; arguments: floors (`0.05`, `0.25`, `diffuse`, `both`), `density` or `area`, `plain` (as well
-//! without clusters), counts, `side=512`, `rounds=5`.
+//! without clusters), `error` (as well the worst and the rms error of what the floor reflects, against each light by itself at a
+//! tolerance of 1e-6), counts, `side=512`, `rounds=5`.
 
 #![allow(clippy::print_stdout, reason = "the table is what it is for")]
 
+use glam::Vec3;
 use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::{Backend, Settings, Skips};
+use glyphlight::film::Film;
 use glyphlight::outline::font::Font;
 use glyphlight::outline::text::{TextStyle, layout};
 use glyphlight::scene::signs::{SignsOptions, signs};
@@ -19,6 +22,18 @@ use glyphlight::shape::Shape;
 fn waited() -> f64 {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     text.split_ascii_whitespace().nth(1).and_then(|ns| ns.parse::<f64>().ok()).map_or(0.0, |ns| ns * 1e-9)
+}
+
+/// Worst and rms error of what the floor reflects, radiance.
+fn errors(scene: &Scene, settings: &Settings) -> (f32, f32) {
+    let skips = Skips { clusters: false, ..Skips::default() };
+    let film = |settings| CpuBackend.render(scene, &settings).expect("a picture").film;
+    let (ours, truth) = (film(*settings), film(Settings { tolerance: 1e-6, skips, ..*settings }));
+    let value = |film: &Film, i: usize| Vec3::from(film.diffuse[i]) + Vec3::from(film.specular[i]);
+    let off = |i: usize| (value(&ours, i) - value(&truth, i)).abs().max_element();
+    let all: Vec<f32> = (0..ours.diffuse.len()).map(off).collect();
+    let square: f32 = all.iter().map(|e| e * e).sum();
+    (all.iter().copied().fold(0.0, f32::max), (square / all.len() as f32).sqrt())
 }
 
 /// Seconds of the shading stage.
@@ -113,6 +128,12 @@ fn measure() {
                 let pixel = 1e9 * median(times[i].clone()) / f64::from(side * side);
                 let name = if skips.clusters { "" } else { " one by one" };
                 println!("  {count:5}{name}: {:6.2} × that of 10, {pixel:7.0} ns a pixel; {}", median(ratios), stats[i]);
+                if is("error") {
+                    let at = counts.iter().position(|c| c == count).expect("a count");
+                    let settings = Settings { width: side, height: side, tolerance: 1e-3, skips: *skips, ..Settings::default() };
+                    let (worst, rms) = errors(&scenes[at], &settings);
+                    println!("         error: worst {worst:.1e}, rms {rms:.1e}");
+                }
             }
         }
     }

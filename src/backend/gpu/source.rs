@@ -2,7 +2,8 @@
 
 use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
 use crate::brdf::ltc::{ALPHA_MIN, Table};
-use crate::kernel::cluster::{HALF, INDEX_MASK, MOST_LISTED, ROUNDING, SINGLE};
+use crate::kernel::cluster::{HALF, INDEX_MASK, ROUNDING, SINGLE};
+use crate::kernel::cluster_list::MOST_LISTED;
 use crate::kernel::curve::NEAREST_IMAGE;
 use crate::kernel::horizon::MARGIN;
 use crate::kernel::map::FOOT_LIMIT;
