@@ -9,7 +9,7 @@ use crate::light::simple::Facing;
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 
 /// Fewest emissions that are worth a tree.
-pub const FEWEST: usize = 8;
+pub const FEWEST: usize = 40;
 
 /// All emissions of a scene: those that are clustered, and the others.
 #[derive(Clone, Debug, Default)]

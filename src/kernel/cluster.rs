@@ -258,11 +258,13 @@ pub struct ClusterBudget<L: Lanes = f32> {
 }
 
 /// The largest bound that the first cluster may have, in tolerances.
-pub const FIRST_SHARE: f32 = 0.125;
+pub const FIRST_SHARE: f32 = 0.25;
 /// Bounds that may add up, in tolerances, before the next cluster's share is a quarter of the first's.
-pub const CLUSTER_SLACK: f32 = 16.0;
+pub const CLUSTER_SLACK: f32 = 64.0;
 /// The part of the tolerance that is for clusters, where there are any; the rest is for the lights that are integrated.
-pub const CLUSTER_PART: f32 = 0.75;
+pub const CLUSTER_PART: f32 = 0.6;
+/// What the bound of a cluster that is left out weighs: it is a few times the error only, and all such errors have one sign.
+pub const LEFT_OUT: f32 = 4.0;
 
 impl Default for ClusterBudget {
     fn default() -> Self {
@@ -308,7 +310,7 @@ impl<M: Mask> Fates<M> {
         asking: M,
     ) -> Self {
         let Sight { error, most } = Sight::new::<TILE, LOBE>(field, cluster, view);
-        let accepted = budget.accept(error.min(most), tolerance, asking);
+        let accepted = budget.accept(L::select(most.above(error), error, most * LEFT_OUT), tolerance, asking);
         Self { whole: accepted & most.above(error), refine: asking & !accepted }
     }
 }
