@@ -1,5 +1,5 @@
-// The clusters that the points of a tile gather from, listed by the workgroup that shades it. Twin of fill_clusters in
-// src/backend/tile.rs and of list_clusters in src/kernel/cluster.rs.
+// The clusters that the points of a tile gather from, listed by the workgroup that shades it. Twin of src/kernel/cluster_list.rs, and
+// of fill_clusters in src/backend/tile.rs.
 
 // Whether any lights are clustered.
 override CLUSTERS: bool = true;
@@ -8,7 +8,7 @@ override CLUSTERS: bool = true;
 var<workgroup> cluster_list: array<u32, MOST_LISTED>;
 var<workgroup> clusters_listed: u32;
 var<workgroup> clusters_visited: u32;
-var<workgroup> tile_budget: Budget;
+var<workgroup> tile_budget: ClusterBudget;
 
 const LIST_OPEN: u32 = 2u;
 const LIST_INDEX: u32 = 4u;
@@ -17,7 +17,7 @@ const LIST_INDEX: u32 = 4u;
 fn list_clusters(bounds: TileBounds, tolerance: f32) {
     let tile = receiver_of_tile(bounds);
     let middle = at_middle(tile);
-    var budget = Budget(0.0, 1.0);
+    var budget = ClusterBudget(0.0);
     var count = 0u;
     var visited = 0u;
     // Where each lobe goes on.
@@ -36,14 +36,15 @@ fn list_clusters(bounds: TileBounds, tolerance: f32) {
             if away {
                 continue;
             }
-            let fate = cluster_fate(tile.fields[k], i, view, tolerance, &budget);
+            let fate = cluster_fate(tile.fields[k], i, view, k, true, tolerance, &budget);
             if fate == CLUSTER_WHOLE {
                 found |= 1u << k;
             } else if fate == CLUSTER_REFINE {
                 // Where the middle could do with the cluster, many points can.
                 var own = budget;
+                let at_middle = cluster_view(i, middle.position);
                 let decide = is_single
-                    || cluster_fate(middle.fields[k], i, cluster_view(i, middle.position), tolerance, &own) != CLUSTER_REFINE;
+                    || cluster_fate(middle.fields[k], i, at_middle, k, false, tolerance, &own) != CLUSTER_REFINE;
                 if decide {
                     found |= 1u << (LIST_OPEN + k);
                 } else {
@@ -65,6 +66,6 @@ fn list_clusters(bounds: TileBounds, tolerance: f32) {
         // No room: each point walks for itself.
         cluster_list[0] = 3u << LIST_OPEN;
         clusters_listed = 1u;
-        tile_budget = Budget(0.0, 1.0);
+        tile_budget = ClusterBudget(0.0);
     }
 }

@@ -41,14 +41,8 @@ struct Halves {
 }
 
 const NONE: Three = [[0.0; MAX_LANES]; 3];
-const NO_FIELD: FieldLanes = FieldLanes {
-    rows: [NONE; 3],
-    up: NONE,
-    squares: NONE,
-    products: NONE,
-    scale: [0.0; MAX_LANES],
-    weight: NONE,
-};
+const NO_FIELD: FieldLanes =
+    FieldLanes { rows: [NONE; 3], up: NONE, squares: NONE, products: NONE, scale: [0.0; MAX_LANES], weight: NONE };
 
 impl Default for Points {
     fn default() -> Self {

@@ -291,13 +291,7 @@ impl Shader<'_> {
             for point in self.tile.points[p * lanes..].iter().take(count) {
                 let axes = [point.frame.x, point.frame.y, point.frame.z].map(|axis| axis.as_vec3());
                 let position = point.position.as_vec3();
-                self.walk.push(&Receiver::of_point(
-                    position,
-                    axes,
-                    &point.reflectance,
-                    both_horizons,
-                    tree.per_metre,
-                ));
+                self.walk.push(&Receiver::of_point(position, axes, &point.reflectance, both_horizons, tree.per_metre));
             }
             let LightList { clusters, cluster_tolerance, budget, .. } = &self.tile.list;
             self.walk.walk(self.processor, tree.view(), clusters, *cluster_tolerance, *budget);

@@ -166,9 +166,8 @@ impl LightList {
     /// Lists the clusters of several tiles, of which there may be as many as the processor has lanes.
     pub fn fill_clusters(tiles: &mut [(&mut Self, &TilePoints)], prepared: &Prepared, processor: Processor) {
         let tree = &prepared.clustered.tree;
-        let receiver = |points: &TilePoints| {
-            Receiver::of_tile(&points.bounds, prepared.features.true_horizon, tree.per_metre)
-        };
+        let receiver =
+            |points: &TilePoints| Receiver::of_tile(&points.bounds, prepared.features.true_horizon, tree.per_metre);
         let receivers: Vec<Receiver> = tiles.iter().map(|(_, points)| receiver(points)).collect();
         let mut tolerance = [1.0; MAX_LANES];
         tolerance.iter_mut().zip(tiles.iter()).for_each(|(tolerance, (list, _))| *tolerance = list.cluster_tolerance);

@@ -92,7 +92,11 @@ impl<L: Lanes> TileWalk<L> {
             i = if (plain.refine | lobe.refine).any() { i + 1 } else { skip };
             if (plain.whole | plain.open | lobe.whole | lobe.open).any() {
                 self.at = i;
-                return Some(TilesOfCluster { cluster: index, whole: [plain.whole, lobe.whole], open: [plain.open, lobe.open] });
+                return Some(TilesOfCluster {
+                    cluster: index,
+                    whole: [plain.whole, lobe.whole],
+                    open: [plain.open, lobe.open],
+                });
             }
         }
         self.at = i;

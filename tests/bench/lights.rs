@@ -3,14 +3,14 @@
 //! Signs of five words stand about on the floor ([`glyphlight::scene::signs`]), which grows with their number, or they shrink on the
 //! same floor. Runs of all counts take turns; ratios are of times in the same turn, less what the thread waited for a processor.
 //! Run: `cargo bench --bench lights`; arguments: floors (`0.05`, `0.25`, `diffuse`, `both`), `density` or `area`, `plain` (as well
-//! without clusters), `error` (as well the worst and the rms error of what the floor reflects, against each light by itself at a
+//! without clusters), `gpu` (on any Vulkan driver), `error` (as well the worst and the rms error of what the floor reflects, against each light by itself at a
 //! tolerance of 1e-6), counts, `side=512`, `rounds=5`.
 
 #![allow(clippy::print_stdout, reason = "the table is what it is for")]
 
 use glam::Vec3;
 use glyphlight::backend::cpu::CpuBackend;
-use glyphlight::backend::{Backend, Settings, Skips};
+use glyphlight::backend::{Backend, BackendError, Settings, Skips};
 use glyphlight::film::Film;
 use glyphlight::outline::font::Font;
 use glyphlight::outline::text::{TextStyle, layout};
@@ -37,9 +37,9 @@ fn errors(scene: &Scene, settings: &Settings) -> (f32, f32) {
 }
 
 /// Seconds of the shading stage.
-fn shading(scene: &Scene, settings: &Settings) -> (f64, String) {
+fn shading(backend: &dyn Backend, scene: &Scene, settings: &Settings) -> (f64, String) {
     let before = waited();
-    let stats = CpuBackend.render(scene, settings).expect("a picture").stats;
+    let stats = backend.render(scene, settings).expect("a picture").stats;
     let waited = waited() - before;
     let all: f64 = stats.stages.iter().map(|(_, seconds)| seconds).sum();
     let stage = stats.stages.iter().find(|(name, _)| name == "shading").expect("a shading stage").1;
@@ -71,6 +71,17 @@ fn scene(words: &[Shape], floor: &str, same_area: bool, count: u32) -> Scene {
     signs(words, &options)
 }
 
+#[cfg(feature = "gpu")]
+fn gpu() -> Result<Box<dyn Backend>, BackendError> {
+    use glyphlight::backend::gpu::{AdapterChoice, GpuBackend};
+    Ok(Box::new(GpuBackend::new(AdapterChoice::Any)?))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn gpu() -> Result<Box<dyn Backend>, BackendError> {
+    Err(BackendError::NoAdapter("built without the feature `gpu`".into()))
+}
+
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
@@ -88,6 +99,7 @@ fn measure() {
         found.map_or(default, |v| v.parse().expect("a number"))
     };
     let (side, rounds) = (value("side", 512) as u32, value("rounds", 5));
+    let backend = if is("gpu") { gpu().expect("a Vulkan driver") } else { Box::new(CpuBackend) };
     let mut floors: Vec<&str> = ["0.05", "0.25", "diffuse", "both"].into_iter().filter(|f| is(f)).collect();
     if floors.is_empty() {
         floors = vec!["0.05", "0.25", "diffuse", "both"];
@@ -116,7 +128,7 @@ fn measure() {
                     let at = counts.iter().position(|c| c == count).expect("a count");
                     let settings =
                         Settings { width: side, height: side, tolerance: 1e-3, skips: *skips, ..Settings::default() };
-                    let (time, what) = shading(&scenes[at], &settings);
+                    let (time, what) = shading(backend.as_ref(), &scenes[at], &settings);
                     times[i].push(time);
                     stats[i] = what;
                 }
@@ -127,10 +139,15 @@ fn measure() {
                 let ratios = times[i].iter().zip(&times[base]).map(|(a, b)| a / b).collect();
                 let pixel = 1e9 * median(times[i].clone()) / f64::from(side * side);
                 let name = if skips.clusters { "" } else { " one by one" };
-                println!("  {count:5}{name}: {:6.2} × that of 10, {pixel:7.0} ns a pixel; {}", median(ratios), stats[i]);
+                println!(
+                    "  {count:5}{name}: {:6.2} × that of 10, {pixel:7.0} ns a pixel; {}",
+                    median(ratios),
+                    stats[i]
+                );
                 if is("error") {
                     let at = counts.iter().position(|c| c == count).expect("a count");
-                    let settings = Settings { width: side, height: side, tolerance: 1e-3, skips: *skips, ..Settings::default() };
+                    let settings =
+                        Settings { width: side, height: side, tolerance: 1e-3, skips: *skips, ..Settings::default() };
                     let (worst, rms) = errors(&scenes[at], &settings);
                     println!("         error: worst {worst:.1e}, rms {rms:.1e}");
                 }

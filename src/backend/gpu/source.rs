@@ -2,11 +2,12 @@
 
 use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
 use crate::brdf::ltc::{ALPHA_MIN, Table};
-use crate::kernel::cluster::{HALF, INDEX_MASK, ROUNDING, SINGLE};
+use crate::kernel::cluster::{CLUSTER_PART, CLUSTER_SLACK, FIRST_SHARE, HALF, INDEX_MASK, LEFT_OUT, ROUNDING, SINGLE};
 use crate::kernel::cluster_list::MOST_LISTED;
 use crate::kernel::curve::NEAREST_IMAGE;
 use crate::kernel::horizon::MARGIN;
 use crate::kernel::map::FOOT_LIMIT;
+use crate::kernel::receiver::PLAIN;
 use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
 use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
@@ -71,7 +72,7 @@ pub fn light(name: &str) -> Source {
         &[
             LIGHTS,
             technique(name),
-            files!("surface" "reflect" "nearest" "tile" "skips" "cluster" "cluster_list" "light_list" "light"),
+            files!("surface" "reflect" "nearest" "tile" "skips" "receiver" "cluster" "cluster_list" "cluster_walk" "light_list" "light"),
         ],
     )
 }
@@ -90,6 +91,7 @@ fn constants() -> String {
         ("HALF", HALF),
         ("INDEX_MASK", INDEX_MASK),
         ("MOST_LISTED", MOST_LISTED as u32),
+        ("PLAIN", PLAIN as u32),
         ("CLUSTERED", CLUSTERED),
         ("LINK_MASK", LINK_MASK),
         ("CLUSTER", CLUSTER),
@@ -121,6 +123,10 @@ fn constants() -> String {
         ("SEAM", SEAM),
         ("SLACK", SLACK),
         ("SKIP_SHARE", SKIP_SHARE),
+        ("FIRST_SHARE", FIRST_SHARE),
+        ("CLUSTER_SLACK", CLUSTER_SLACK),
+        ("CLUSTER_PART", CLUSTER_PART),
+        ("LEFT_OUT", LEFT_OUT),
         ("ROUNDING", ROUNDING),
         ("MARGIN", MARGIN),
         ("FOOT_LIMIT", FOOT_LIMIT as f32),

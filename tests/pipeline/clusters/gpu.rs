@@ -12,7 +12,7 @@ fn the_gpu_shares_out_the_same() {
         let mut scene = mixed(count);
         scene.materials[0].alpha = alpha;
         let settings = Settings { width: 37, height: 29, tolerance: 1e-3, ..settings(samples) };
-        let (a, b) = (render(&scene, &settings), render(gpu, &scene, &settings));
+        let (a, b) = (render(&CpuBackend, &scene, &settings), render(gpu, &scene, &settings));
         let difference = difference(&a.film, &b.film, white_level(&scene));
         println!("{count} lights, alpha {alpha}: {difference:?}, {:?}, {:?}", a.stats.clusters, b.stats.clusters);
         assert!(agree(difference) && same_stats(&a.stats, &b.stats), "{:?}\n{:?}", a.stats, b.stats);
