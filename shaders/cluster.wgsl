@@ -16,7 +16,8 @@ struct ClusterView {
     most: f32,
 }
 
-fn cluster_view(i: u32, position: Loose) -> ClusterView {
+// Of all points of a tile, or of a single one.
+fn cluster_view(i: u32, position: Loose, of_tile: bool) -> ClusterView {
     let y = clusters[i].center - position.middle;
     let square = dot(y, y);
     let distance = sqrt(square);
@@ -27,15 +28,22 @@ fn cluster_view(i: u32, position: Loose) -> ClusterView {
     let across = sqrt(max(square - along * along, 0.0));
     let least = cone_cos * along - cone_sin * across;
     let most = select(cone_cos * along + cone_sin * across, distance, along >= cone_cos * distance);
-    let slack = ROUNDING * distance + length_of(position.half);
+    var slack = ROUNDING * distance;
+    if of_tile {
+        slack += length_of(position.half);
+    }
     return ClusterView(y, position.half, distance, least - clusters[i].high - slack, most - clusters[i].low + slack);
 }
 
 // Whether no light of the cluster shines on any of the points.
-fn cluster_is_away(i: u32, view: ClusterView) -> bool {
+fn cluster_is_away(i: u32, view: ClusterView, of_tile: bool) -> bool {
     if (clusters[i].link & (SINGLE | HALF)) == (SINGLE | HALF) {
         // Of both sides exactly one is in front of a single point.
-        return dot(clusters[i].axis, view.y) - dot(abs(clusters[i].axis), view.open) >= 0.0;
+        var back = dot(clusters[i].axis, view.y);
+        if of_tile {
+            back -= dot(abs(clusters[i].axis), view.open);
+        }
+        return back >= 0.0;
     }
     return view.most <= 0.0;
 }
@@ -62,24 +70,40 @@ fn cluster_sight(f: Field, i: u32, view: ClusterView, lobe: u32, of_tile: bool) 
     let c = f.rows[2];
     let half = clusters[i].half;
     let p = vec3f(dot(a.middle, view.y), dot(b.middle, view.y), dot(c.middle, view.y));
-    let height = dot(f.up.middle, view.y);
+    var height = p.z;
     // How far p and the height may be from that, and how far the cluster reaches over its centre.
     let noise = ROUNDING * view.distance;
-    let far = abs(view.y) + view.open;
-    let off = vec3f(loose_open(a, view.open, far), loose_open(b, view.open, far), loose_open(c, view.open, far));
-    let reach = dot(abs(c.middle), half + noise) + dot(c.half, half);
-    let up_reach = dot(abs(f.up.middle), half + noise) + loose_open(f.up, view.open, far + half);
+    var off = vec3f();
+    var reach = dot(abs(c.middle), half + noise);
+    var up_reach = reach;
+    if lobe != PLAIN {
+        height = dot(f.up.middle, view.y);
+        up_reach = dot(abs(f.up.middle), half + noise);
+    }
+    var nearest = view.distance;
+    var radius = length_of(half);
+    if !round {
+        nearest = length_of(p);
+        radius = field_radius(f, half);
+    }
+    if of_tile {
+        let far = abs(view.y) + view.open;
+        off = vec3f(loose_open(a, view.open, far), loose_open(b, view.open, far), loose_open(c, view.open, far));
+        reach += dot(c.half, half);
+        up_reach += loose_open(f.up, view.open, far + half);
+        nearest -= length_of(off);
+        radius += field_slack(f, half);
+    }
     if p.z + off.z + reach < 0.0 || height + up_reach < 0.0 {
         return Sight(INFINITE_BOUND, 0.0);
     }
     let above = p.z - off.z - reach > 0.0 && height - up_reach > 0.0;
-    let nearest = select(length_of(p) - length_of(off), view.distance, round);
     if !(nearest > 0.0) {
         return Sight(INFINITE_BOUND, INFINITE_BOUND);
     }
     let inv = 1.0 / nearest;
     let z = clamp((p.z + off.z) * inv, 0.0, 1.0);
-    let s = select(field_radius(f, half) + field_slack(f, half), length_of(half), round) * inv;
+    let s = radius * inv;
     let gap = 1.0 - s;
     if !(gap > 0.0) {
         return Sight(INFINITE_BOUND, INFINITE_BOUND);
@@ -97,12 +121,20 @@ fn cluster_sight(f: Field, i: u32, view: ClusterView, lobe: u32, of_tile: bool) 
     // Root means of |q|^2 and q_z^2, over |p|.
     let squares = clusters[i].squares;
     let products = clusters[i].products;
-    let spread = sqrt(max(squares, vec3f()));
-    let mixed = vec3f(c.middle.x * c.middle.y, c.middle.x * c.middle.z, c.middle.y * c.middle.z);
-    let middle_mean = sqrt(max(dot(f.squares, squares) + 2.0 * dot(f.products, products), 0.0));
-    let middle_rise = sqrt(max(dot(c.middle * c.middle, squares) + 2.0 * dot(mixed, products), 0.0));
-    let mean = select(middle_mean + field_slack(f, spread), sqrt(squares.x + squares.y + squares.z), round) * inv;
-    let rise = (middle_rise + dot(c.half, spread)) * inv;
+    let m = c.middle;
+    var mean = sqrt(squares.x + squares.y + squares.z);
+    if !round {
+        mean = sqrt(max(dot(f.squares, squares) + 2.0 * dot(f.products, products), 0.0));
+    }
+    let mixed = vec3f(m.x * m.y, m.x * m.z, m.y * m.z);
+    var rise = sqrt(max(dot(m * m, squares) + 2.0 * dot(mixed, products), 0.0));
+    if of_tile {
+        let spread = sqrt(max(squares, vec3f()));
+        mean += field_slack(f, spread);
+        rise += dot(c.half, spread);
+    }
+    mean *= inv;
+    rise *= inv;
     let together = min(6.0 * z + 2.0, 6.0) + s * (10.0 - s * (15.0 - 6.0 * s)) * (per_gap_2 * per_gap);
     let t2 = 10.0 + s * (20.0 + s * 35.0 * per_gap_4);
     let t1 = 4.0 + s * t2;

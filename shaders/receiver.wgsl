@@ -1,5 +1,5 @@
 // What receives the light of clusters: a shading point, or all points of a tile at once, known by boxes that hold what theirs are.
-// Twin of src/kernel/receiver.rs, where the number PLAIN of the plain cosine comes from.
+// Twin of src/kernel/receiver.rs, where the lobes' numbers PLAIN and SPECULAR_LOBE come from.
 
 // A vector known up to a box.
 struct Loose {
@@ -26,9 +26,10 @@ struct Field {
 // The shading points of a tile, or one of them, as seen by clusters. Lengths are in the tree's unit.
 struct Receiver {
     position: Loose,
-    fields: array<Field, 2>,
-    // Whether each lobe reflects anything.
-    shines: array<bool, 2>,
+    plain: Field,
+    lobe: Field,
+    // Whether each of them reflects anything.
+    shines: vec2<bool>,
 }
 
 fn known(middle: vec3f) -> Loose {
@@ -49,8 +50,8 @@ fn field(rows: array<Loose, 3>, up: Loose, determinant: f32, weight: vec3f) -> F
 
 fn receiver(position: Loose, plain: Field, lobe: Field) -> Receiver {
     let place = Loose(position.middle * frame.per_metre, position.half * frame.per_metre);
-    let shines = array(max_element(plain.weight) > 0.0, max_element(lobe.weight) > 0.0);
-    return Receiver(place, array(plain, lobe), shines);
+    let shines = vec2(max_element(plain.weight) > 0.0, max_element(lobe.weight) > 0.0);
+    return Receiver(place, plain, lobe, vec2(DIFFUSE && shines.x, SPECULAR && shines.y));
 }
 
 // The points within the bounds.
@@ -86,19 +87,6 @@ fn receiver_of_point(position: vec3f, shading: ShadingFrame, weights: Reflectanc
     }
     let plain = field(array(known(shading.x), known(shading.y), z), z, 1.0, weights.diffuse);
     return receiver(known(position), plain, field(rows, up, lobe_determinant(m), weights.specular));
-}
-
-// The middle of the tile.
-fn at_middle(tile: Receiver) -> Receiver {
-    var point = tile;
-    point.position.half = vec3f();
-    for (var k = 0u; k < 2u; k++) {
-        point.fields[k].up.half = vec3f();
-        for (var i = 0u; i < 3u; i++) {
-            point.fields[k].rows[i].half = vec3f();
-        }
-    }
-    return point;
 }
 
 fn length_of(v: vec3f) -> f32 {

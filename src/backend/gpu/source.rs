@@ -7,7 +7,7 @@ use crate::kernel::cluster_list::MOST_LISTED;
 use crate::kernel::curve::NEAREST_IMAGE;
 use crate::kernel::horizon::MARGIN;
 use crate::kernel::map::FOOT_LIMIT;
-use crate::kernel::receiver::PLAIN;
+use crate::kernel::receiver::{PLAIN, SPECULAR};
 use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
 use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
@@ -92,6 +92,7 @@ fn constants() -> String {
         ("INDEX_MASK", INDEX_MASK),
         ("MOST_LISTED", MOST_LISTED as u32),
         ("PLAIN", PLAIN as u32),
+        ("SPECULAR_LOBE", SPECULAR as u32),
         ("CLUSTERED", CLUSTERED),
         ("LINK_MASK", LINK_MASK),
         ("CLUSTER", CLUSTER),
