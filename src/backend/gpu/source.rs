@@ -5,14 +5,14 @@ use crate::brdf::ltc::{ALPHA_MIN, Table};
 use crate::kernel::cluster::{CLUSTER_PART, CLUSTER_SLACK, FIRST_SHARE, HALF, INDEX_MASK, LEFT_OUT, ROUNDING, SINGLE};
 use crate::kernel::cluster_list::MOST_LISTED;
 use crate::kernel::curve::NEAREST_IMAGE;
-use crate::kernel::horizon::MARGIN;
+use crate::kernel::lanes::Lanes;
 use crate::kernel::map::FOOT_LIMIT;
 use crate::kernel::receiver::{PLAIN, SPECULAR};
 use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
 use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
 use crate::kernel::tile::{BUCKETS, CLUSTERED, SKIP_SHARE};
-use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SLACK};
+use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SHARE, SLACK};
 use crate::kernel::{pal, representative};
 
 /// Rows of the skip counters: workgroups of different rows do not wait for each other.
@@ -122,6 +122,7 @@ fn constants() -> String {
     let floats = [
         ("LTC_ALPHA_MIN", ALPHA_MIN),
         ("SEAM", SEAM),
+        ("SHARE", SHARE),
         ("SLACK", SLACK),
         ("SKIP_SHARE", SKIP_SHARE),
         ("FIRST_SHARE", FIRST_SHARE),
@@ -129,7 +130,7 @@ fn constants() -> String {
         ("CLUSTER_PART", CLUSTER_PART),
         ("LEFT_OUT", LEFT_OUT),
         ("ROUNDING", ROUNDING),
-        ("MARGIN", MARGIN),
+        ("MARGIN", f32::MARGIN),
         ("FOOT_LIMIT", FOOT_LIMIT as f32),
         ("PAL_BIAS", pal::BIAS),
         ("PAL_NEAR", pal::NEAR),
