@@ -39,15 +39,16 @@ fn light_pixels(
         }
     }
     var sums = Sums();
-    // One budget for all lights and lobes: it is the picture that is within the tolerance.
+    // One budget for all lights that are integrated, and all lobes: it is the picture that is within the tolerance.
     var budget = Budget(0.0, SHARE);
-    let tolerance = frame.tolerance * (1.0 - skipped.spent * SKIP_SHARE);
+    var tolerance = frame.tolerance * (1.0 - skipped.spent * SKIP_SHARE);
+    let cluster_tolerance = tolerance * CLUSTER_PART;
     if CLUSTERS {
+        tolerance -= cluster_tolerance;
         if local == 0u {
-            list_clusters(tile, tolerance);
+            list_clusters(tile, cluster_tolerance);
         }
         workgroupBarrier();
-        budget = tile_budget;
         if local == 0u {
             count_skips(row, frame.lights, array<u32, SKIP_REASONS>(clusters_visited, 0u, 0u, 0u, 0u, 0u, 0u, 0u));
         }
@@ -62,7 +63,7 @@ fn light_pixels(
         }
     }
     if CLUSTERS && there {
-        add_clusters(position, shading, weights, row, tolerance, &budget, &sums);
+        add_clusters(position, shading, weights, row, cluster_tolerance, tolerance, &budget, &sums);
     }
     if there {
         add_to_pixel(id.y * frame.tile_size.x + id.x, sums);
@@ -103,76 +104,6 @@ fn add_lights(
         }
     }
     count_skips(row, light, reasons);
-}
-
-// Adds what a point reflects of the clusters that its tile has listed, and of the lights that they hand on.
-fn add_clusters(
-    position: vec3f,
-    shading: ShadingFrame,
-    weights: Reflectance,
-    row: u32,
-    tolerance: f32,
-    budget: ptr<function, Budget>,
-    sums: ptr<function, Sums>,
-) {
-    let point = receiver_of_point(position, shading, weights);
-    var visited = 0u;
-    var whole = 0u;
-    for (var n = 0u; n < clusters_listed; n++) {
-        let listed = cluster_list[n];
-        let first = listed >> LIST_INDEX;
-        let end = cluster_end(first);
-        var next = array(end, end);
-        for (var k = 0u; k < 2u; k++) {
-            if !point.shines[k] {
-                continue;
-            }
-            if (listed & (1u << k)) != 0u {
-                let y = clusters[first].center - point.position.middle;
-                (*sums).reflected[k] += cluster_expansion(point.fields[k], first, y);
-                whole += 1u;
-            }
-            if (listed & (1u << (LIST_OPEN + k))) != 0u {
-                next[k] = first;
-            }
-        }
-        for (var i = min(next[0], next[1]); i < end; i = min(next[0], next[1])) {
-            visited += 1u;
-            let is_single = (clusters[i].link & SINGLE) != 0u;
-            let view = cluster_view(i, point.position);
-            let away = cluster_is_away(i, view);
-            var singles = 0u;
-            for (var k = 0u; k < 2u; k++) {
-                if next[k] > i {
-                    continue;
-                }
-                next[k] = cluster_end(i);
-                if away {
-                    continue;
-                }
-                let fate = cluster_fate(point.fields[k], i, view, tolerance, budget);
-                if fate == CLUSTER_WHOLE {
-                    (*sums).reflected[k] += cluster_expansion(point.fields[k], i, view.y);
-                    whole += 1u;
-                } else if fate == CLUSTER_REFINE {
-                    if is_single {
-                        singles |= 1u << k;
-                    } else {
-                        next[k] = i + 1u;
-                    }
-                }
-            }
-            if singles != 0u {
-                let index = clusters[i].link & INDEX_MASK;
-                let emitter = emitters[index];
-                var reasons = array<u32, SKIP_REASONS>();
-                reasons[7] = countOneBits(singles);
-                add_light(emitter, index, singles, position, shading, weights, tolerance, budget, sums, &reasons);
-                count_skips(row, emitter.light, reasons);
-            }
-        }
-    }
-    count_skips(row, frame.lights, array<u32, SKIP_REASONS>(0u, visited, whole, 0u, 0u, 0u, 0u, 0u));
 }
 
 // Adds what a point reflects of one light, that of an index, by the lobes that are wanted, a bit for each.

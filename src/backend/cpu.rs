@@ -1,6 +1,6 @@
 //! The CPU backend: tiles of pixels over rayon, no driver needed.
 
-use super::cluster_packets::ReceiverPacket;
+use super::cluster_packets::{Handed, WalkingPacket};
 use super::emitter::{Emitter, Skip};
 use super::gather::Images;
 use super::packets::{PointPacket, Question, tree_of};
@@ -14,9 +14,9 @@ use super::{
     reference,
 };
 use crate::brdf::ltc::{Lobe, Table};
-use crate::kernel::cluster::{ClusterSums, ListedCluster, Receiver};
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::packet::{MAX_LANES, Processor};
+use crate::kernel::receiver::Receiver;
 use crate::kernel::reflect::Reflectance;
 use crate::kernel::surface::surface_point;
 use crate::light::tree::Tree;
@@ -70,14 +70,15 @@ impl Session for CpuSession<'_> {
                     settings,
                     seen,
                     processor,
-                    list: LightList::default(),
-                    points: Vec::new(),
-                    packets: Vec::new(),
+                    tile: Tile::default(),
+                    found: Vec::new(),
+                    walk: Box::default(),
                     counters: Counters::new(scene),
                 };
-                for x in (0..settings.width).step_by(SIDE as usize) {
+                let together = SIDE as usize * shader.tiles_together();
+                for x in (0..settings.width).step_by(together) {
                     for sample in 0..prepared.offsets.len() {
-                        shader.shade_tile(rows, [x, y], sample);
+                        shader.shade_tiles(rows, [x, y], sample);
                     }
                 }
                 rows.iter_mut().for_each(|pixel| pixel.scale(1.0 / settings.samples as f32));
@@ -85,7 +86,7 @@ impl Session for CpuSession<'_> {
             })
             .reduce(|| Counters::new(scene), Counters::plus);
         visibility.complete();
-        counters.count_clustered(prepared);
+        counters.count_candidates(prepared);
         watch.lap("shading");
         let film = super::compose(scene, prepared, surfaces, settings, &pixels);
         watch.lap("lights in view");
@@ -117,11 +118,23 @@ struct Shader<'a> {
     /// What the camera sees in the rows of the tile.
     seen: SeenRows<'a>,
     processor: Processor,
+    /// The tile that is lit.
+    tile: Tile,
+    /// Tiles that are found and listed together.
+    found: Vec<Tile>,
+    /// A packet of the tile on its way through clusters.
+    walk: Box<WalkingPacket>,
+    counters: Counters,
+}
+
+/// A tile of shading points, and what may light it.
+#[derive(Default)]
+struct Tile {
     list: LightList,
+    summary: TilePoints,
     points: Vec<TilePoint>,
     /// The points again, as many to a packet as the processor has lanes.
     packets: Vec<PointPacket>,
-    counters: Counters,
 }
 
 /// A shading point of a tile.
@@ -163,33 +176,53 @@ const _: () = assert!(SIDE * SIDE <= u64::BITS);
 const BLOCK: u32 = 4;
 
 impl Shader<'_> {
-    /// Adds one sample of every pixel of the tile at `first` to `rows`, which begin at its upper edge.
-    fn shade_tile(&mut self, rows: &mut [Shaded], first: [u32; 2], sample: usize) {
-        let tile = self.find_points(rows.len() / self.settings.width as usize, first, sample);
-        if tile.count == 0 {
-            return;
+    /// How many tiles are found together: one for each lane that walks the clusters.
+    fn tiles_together(&self) -> usize {
+        if self.prepared.clustered.tree.clusters.is_empty() { 1 } else { self.processor.lanes() }
+    }
+
+    /// Adds one sample of every pixel of the tiles from that at `first` on to `rows`, which begin at its upper edge.
+    fn shade_tiles(&mut self, rows: &mut [Shaded], [x0, y0]: [u32; 2], sample: usize) {
+        let height = rows.len() / self.settings.width as usize;
+        self.found.resize_with(self.tiles_together(), Tile::default);
+        let mut count = 0;
+        for x in (x0..self.settings.width).step_by(SIDE as usize).take(self.found.len()) {
+            let mut tile = core::mem::take(&mut self.found[count]);
+            self.find_points(&mut tile, height, [x, y0], sample);
+            if tile.summary.count > 0 {
+                tile.list.fill(self.prepared, self.settings.tolerance, &tile.summary);
+                self.found[count] = tile;
+                count += 1;
+            }
         }
-        self.list.fill(self.prepared, self.settings.tolerance, &tile);
-        self.list.count(self.prepared, &tile, &mut self.counters);
-        self.counters.shaded += tile.count;
-        self.counters.clusters.by_tile += u64::from(self.list.visited);
-        for (sum, weighted) in self.counters.weighted.iter_mut().zip(tile.weighted) {
-            *sum += if self.prepared.features.skips.lobes { weighted } else { tile.count };
+        if count > 0 && !self.prepared.clustered.tree.clusters.is_empty() {
+            let mut tiles: Vec<_> = self.found[..count].iter_mut().map(|t| (&mut t.list, &t.summary)).collect();
+            LightList::fill_clusters(&mut tiles, self.prepared, self.processor);
         }
-        for emitter in &self.prepared.emitters {
-            self.counters.lights[emitter.light].candidates += 2 * tile.count;
+        for i in 0..count {
+            core::mem::swap(&mut self.tile, &mut self.found[i]);
+            self.shade_tile(rows);
+            core::mem::swap(&mut self.tile, &mut self.found[i]);
         }
-        for packet in &mut self.packets {
-            (0..packet.len()).for_each(|lane| packet.set_budget(lane, self.list.budget));
+    }
+
+    /// Lights a tile.
+    fn shade_tile(&mut self, rows: &mut [Shaded]) {
+        let Tile { list, summary, .. } = &self.tile;
+        list.count(self.prepared, summary, &mut self.counters);
+        self.counters.shaded += summary.count;
+        self.counters.clusters.by_tile += u64::from(list.visited);
+        for (sum, weighted) in self.counters.weighted.iter_mut().zip(summary.weighted) {
+            *sum += if self.prepared.features.skips.lobes { weighted } else { summary.count };
         }
-        for i in 0..self.list.listed.len() {
-            let Listed { emitter, lobes } = self.list.listed[i];
+        for i in 0..self.tile.list.listed.len() {
+            let Listed { emitter, lobes } = self.tile.list.listed[i];
             self.light(emitter, lobes.map(|listed| if listed { ALL_POINTS } else { 0 }));
         }
-        if !self.list.clusters.is_empty() {
+        if !self.tile.list.clusters.is_empty() {
             self.light_clusters();
         }
-        for point in &self.points {
+        for point in &self.tile.points {
             let pixel = &mut rows[point.pixel];
             pixel.diffuse += point.sums[0];
             pixel.specular += point.sums[1];
@@ -199,13 +232,13 @@ impl Shader<'_> {
     }
 
     /// Finds what the camera sees in a tile of that many rows.
-    fn find_points(&mut self, height: usize, [x0, y0]: [u32; 2], sample: usize) -> TilePoints {
+    fn find_points(&mut self, tile: &mut Tile, height: usize, [x0, y0]: [u32; 2], sample: usize) {
         let (prepared, settings) = (self.prepared, self.settings);
         let offset = prepared.offsets[sample];
         let (width, height) = (SIDE.min(settings.width - x0), height as u32);
-        let mut tile = TilePoints::NONE;
-        self.points.clear();
-        self.packets.clear();
+        tile.summary = TilePoints::NONE;
+        tile.points.clear();
+        tile.packets.clear();
         for i in 0..SIDE * SIDE {
             // Pixel by pixel in a block, block by block in the tile.
             let (block, i) = (i / (BLOCK * BLOCK), i % (BLOCK * BLOCK));
@@ -225,23 +258,22 @@ impl Shader<'_> {
             let frame = ShadingFrame::new(point.normal.as_dvec3().normalize(), point.view.as_dvec3().normalize());
             let lobe = prepared.lobe(Table::shipped(), point.alpha, frame.cos_theta as f32);
             let reflectance = point.reflectance(lobe);
-            tile.add(point.position, &frame, &reflectance);
+            tile.summary.add(point.position, &frame, &reflectance);
             let position = point.position.as_dvec3();
-            if self.points.len().is_multiple_of(self.processor.lanes()) {
-                self.packets.push(PointPacket::default());
+            if tile.points.len().is_multiple_of(self.processor.lanes()) {
+                tile.packets.push(PointPacket::default());
             }
-            if let Some(packet) = self.packets.last_mut() {
+            if let Some(packet) = tile.packets.last_mut() {
                 packet.push(position, &frame, &reflectance.lobe);
             }
-            self.points.push(TilePoint { pixel, position, frame, reflectance, sums: [Vec3::ZERO; 2], parts: 0 });
+            tile.points.push(TilePoint { pixel, position, frame, reflectance, sums: [Vec3::ZERO; 2], parts: 0 });
         }
-        tile
     }
 
     /// The error that an integral may have which is weighted with `weight`.
     fn tolerance(&self, weight: Vec3) -> f32 {
         let brightest = weight.max_element();
-        self.list.tolerance / if brightest > 0.0 { brightest } else { 1.0 }
+        self.tile.list.tolerance / if brightest > 0.0 { brightest } else { 1.0 }
     }
 
     /// Whether an integral with that weight is evaluated.
@@ -253,75 +285,30 @@ impl Shader<'_> {
     fn light_clusters(&mut self) {
         let prepared = self.prepared;
         let tree = &prepared.clustered.tree;
-        let receiver = |point: &TilePoint| {
-            let axes = [point.frame.x, point.frame.y, point.frame.z].map(|axis| axis.as_vec3());
-            let both_horizons = prepared.features.true_horizon;
-            Receiver::of_point(point.position.as_vec3(), axes, &point.reflectance, both_horizons, tree.per_metre)
-        };
-        let receivers: Vec<Receiver> = self.points.iter().map(receiver).collect();
         let lanes = self.processor.lanes();
-        for (packet, receivers) in receivers.chunks(lanes).enumerate() {
-            let whole = ReceiverPacket::new(receivers).whole(self.processor, tree.view(), &self.list.clusters);
-            for (lane, receiver) in receivers.iter().enumerate() {
-                for (k, [r, g, b]) in whole.iter().enumerate() {
-                    let Some((_, reflected)) = receiver.lobe(k) else { continue };
-                    let sum = Vec3::new(r[lane], g[lane], b[lane]);
-                    self.points[packet * lanes + lane].sums[k] += sum * reflected;
-                    let count = self.list.clusters.iter().filter(|l| l.whole >> k & 1 == 1).count();
-                    self.counters.clusters.whole += count as u64;
-                }
+        let both_horizons = prepared.features.true_horizon;
+        for p in 0..self.tile.packets.len() {
+            let count = self.tile.packets[p].len();
+            self.walk.clear();
+            for point in self.tile.points[p * lanes..].iter().take(count) {
+                let axes = [point.frame.x, point.frame.y, point.frame.z].map(|axis| axis.as_vec3());
+                let position = point.position.as_vec3();
+                self.walk.push(&Receiver::of_point(position, axes, &point.reflectance, both_horizons, tree.per_metre));
             }
-        }
-        for i in 0..self.list.clusters.len() {
-            let listed = ListedCluster { whole: 0, ..self.list.clusters[i] };
-            if listed.open == 0 {
-                continue;
+            let LightList { clusters, cluster_tolerance, budget, .. } = &self.tile.list;
+            self.walk.walk(self.processor, tree.view(), clusters, *cluster_tolerance, *budget);
+            self.counters.clusters.by_point += self.walk.visited();
+            self.counters.clusters.whole += self.walk.whole();
+            for (lane, point) in self.tile.points[p * lanes..].iter_mut().take(count).enumerate() {
+                (0..2).for_each(|lobe| point.sums[lobe] += self.walk.reflected(lane, lobe));
             }
-            // A light that its points hand on is lit packet by packet; of a cluster each point walks through its own part.
-            let alone = tree.clusters[listed.cluster as usize].is_single();
-            let mut handed = [0; 2];
-            let mut handed_light = None;
-            for (p, receiver) in receivers.iter().enumerate() {
-                self.light_cluster(listed, p, receiver, &mut |shader, emitter, lobes| {
-                    let bits = [0, 1].map(|k| u64::from(lobes >> k & 1) << p);
-                    if alone {
-                        (handed_light, handed) = (Some(emitter), [handed[0] | bits[0], handed[1] | bits[1]]);
-                    } else {
-                        shader.light(emitter, bits);
-                    }
-                });
+            for i in 0..self.walk.handed().len() {
+                let Handed { emitter, points } = self.walk.handed()[i];
+                let [plain, lobe] = points.map(|bits| u64::from(bits) << (p * lanes));
+                let integrals = plain.count_ones() + lobe.count_ones();
+                self.counters.handed[prepared.emitters[emitter].light] += u64::from(integrals);
+                self.light(emitter, [plain, lobe]);
             }
-            if let Some(emitter) = handed_light {
-                self.light(emitter, handed);
-            }
-        }
-    }
-
-    /// Adds what one point gathers from a listed cluster. Hands on the lights that must be integrated themselves: the emission and the
-    /// lobes, a bit for each.
-    fn light_cluster(
-        &mut self,
-        listed: ListedCluster,
-        p: usize,
-        receiver: &Receiver,
-        hand_on: &mut impl FnMut(&mut Self, usize, u32),
-    ) {
-        let tree = self.prepared.clustered.tree.view();
-        let (packet, lane) = (p / self.processor.lanes(), p % self.processor.lanes());
-        let mut budget = self.packets[packet].budget(lane);
-        let mut sums = ClusterSums::default();
-        let tolerance = self.list.tolerance;
-        sums.add(tree, receiver, listed, tolerance, &mut budget, |emitter, lobes, budget| {
-            self.counters.handed[self.prepared.emitters[emitter].light] += u64::from(lobes.count_ones());
-            self.packets[packet].set_budget(lane, *budget);
-            hand_on(self, emitter, lobes);
-            *budget = self.packets[packet].budget(lane);
-        });
-        self.packets[packet].set_budget(lane, budget);
-        self.counters.clusters.by_point += u64::from(sums.visited);
-        self.counters.clusters.whole += u64::from(sums.whole);
-        for (sum, radiance) in self.points[p].sums.iter_mut().zip(sums.radiance) {
-            *sum += radiance;
         }
     }
 
@@ -337,9 +324,9 @@ impl Shader<'_> {
     /// Adds the light of an emission to points, packet by packet.
     fn light_packets(&mut self, emitter: &Emitter, tree: &Tree, wanted: [u64; 2]) {
         let lanes = self.processor.lanes();
-        for first in (0..self.points.len()).step_by(lanes) {
+        for first in (0..self.tile.points.len()).step_by(lanes) {
             for lobe in 0..2 {
-                let points = &self.points[first..self.points.len().min(first + lanes)];
+                let points = &self.tile.points[first..self.tile.points.len().min(first + lanes)];
                 let wanted = (wanted[lobe] >> first) as u32 & bits(points.len());
                 if wanted == 0 {
                     continue;
@@ -353,13 +340,13 @@ impl Shader<'_> {
                 }
                 let may_be_cut = self.prepared.features.horizons;
                 let question = Question { emitter, tree, specular: lobe == 1, asking, tolerance, may_be_cut };
-                let answer = self.packets[first / lanes].ask(self.processor, &question);
+                let answer = self.tile.packets[first / lanes].ask(self.processor, &question);
                 let stats = &mut self.counters.lights[emitter.light];
                 stats.behind += u64::from((answer.behind & wanted).count_ones());
                 stats.below_horizon += u64::from(answer.below.count_ones());
                 stats.no_lobe += u64::from((wanted & !asking & !answer.behind).count_ones());
                 for lane in (0..points.len()).filter(|&lane| answer.integrated >> lane & 1 == 1) {
-                    let point = &mut self.points[first + lane];
+                    let point = &mut self.tile.points[first + lane];
                     let radiance = point.weight(lobe) * emitter.radiance * answer.value[lane];
                     point.add(lobe, radiance, answer.visited[lane], &mut self.counters);
                 }
@@ -372,7 +359,7 @@ impl Shader<'_> {
 
     /// Adds the light of an emission to points, one by one.
     fn light_points(&mut self, emitter: &Emitter, wanted: [u64; 2]) {
-        for i in 0..self.points.len() {
+        for i in 0..self.tile.points.len() {
             for lobe in (0..2).filter(|&lobe| wanted[lobe] >> i & 1 == 1) {
                 self.light_point(emitter, lobe, i);
             }
@@ -381,10 +368,10 @@ impl Shader<'_> {
 
     /// Adds what one lobe of one point reflects of an emission.
     fn light_point(&mut self, emitter: &Emitter, lobe: usize, i: usize) {
-        let point = &self.points[i];
+        let point = &self.tile.points[i];
         let weight = point.weight(lobe) * emitter.radiance;
         let (counts, tolerance) = (self.counts(weight), self.tolerance(weight));
-        let (packet, lane) = (&mut self.packets[i / self.processor.lanes()], i % self.processor.lanes());
+        let (packet, lane) = (&mut self.tile.packets[i / self.processor.lanes()], i % self.processor.lanes());
         let stats = &mut self.counters.lights[emitter.light];
         let images = match Images::new(emitter, &point.frame, point.position) {
             Ok(_) if !counts => {
@@ -402,7 +389,7 @@ impl Shader<'_> {
         match images.integral(emitter, point.lobe(lobe), tolerance, &mut budget) {
             Ok(integral) => {
                 let radiance = weight * integral.value.as_vec3();
-                self.points[i].add(lobe, radiance, integral.visited, &mut self.counters);
+                self.tile.points[i].add(lobe, radiance, integral.visited, &mut self.counters);
             }
             Err(Skip::Behind) => stats.behind += 1,
             Err(Skip::BelowHorizon) => stats.below_horizon += 1,

@@ -461,8 +461,11 @@ impl Counters {
         self
     }
 
-    /// Counts what clusters have answered for their lights.
-    fn count_clustered(&mut self, prepared: &Prepared) {
+    /// Counts the integrals there would be, and what clusters have answered for their lights.
+    fn count_candidates(&mut self, prepared: &Prepared) {
+        for emitter in &prepared.emitters {
+            self.lights[emitter.light].candidates += 2 * self.shaded;
+        }
         let weighted = self.weighted.iter().sum::<u64>();
         for emitter in prepared.clustered.emitters() {
             let stats = &mut self.lights[prepared.emitters[emitter].light];

@@ -1,14 +1,17 @@
 //! Which lights may reach a tile of shading points, decided for all of its points at once. Twin: `shaders/light_list.wgsl`; the
 //! bounds are those of [`crate::kernel::tile`].
 
+use super::cluster_packets::Lists;
 use super::emitter::Emitter;
 use super::prepared::Prepared;
 use super::{Counters, Skips};
-use crate::kernel::cluster::{ListedCluster, MOST_LISTED, Receiver, list_clusters};
+use crate::kernel::cluster::{CLUSTER_PART, ClusterBudget};
+use crate::kernel::cluster_list::{ListedCluster, MOST_LISTED};
 use crate::kernel::frame::ShadingFrame;
+use crate::kernel::packet::{MAX_LANES, Processor};
+use crate::kernel::receiver::Receiver;
 use crate::kernel::reflect::Reflectance;
 use crate::kernel::tile::{BUCKETS, LightBox, Offsets, SKIP_SHARE, TileBounds, bucket, first_skipped};
-use crate::kernel::tree::Budget;
 use crate::light::Form;
 use crate::light::simple::Facing;
 use core::f64::consts::PI;
@@ -26,6 +29,12 @@ pub struct TilePoints {
     pub count: u64,
     /// Points at which the plain cosine and the lobe have a weight.
     pub weighted: [u64; 2],
+}
+
+impl Default for TilePoints {
+    fn default() -> Self {
+        Self::NONE
+    }
 }
 
 impl TilePoints {
@@ -81,11 +90,13 @@ pub struct LightList {
     /// The clusters.
     pub clusters: Vec<ListedCluster>,
     /// What the tile's decisions about clusters leave for each point.
-    pub budget: Budget,
+    pub budget: ClusterBudget,
     /// Clusters visited for the tile.
     pub visited: u32,
-    /// What the skipped ones leave of the tolerance, W·sr⁻¹·m⁻².
+    /// What the skipped ones leave of the tolerance for lights that are integrated, W·sr⁻¹·m⁻².
     pub tolerance: f32,
+    /// The same for clusters.
+    pub cluster_tolerance: f32,
     fates: Vec<[Fate; 2]>,
     buckets: Vec<[u32; 2]>,
 }
@@ -100,10 +111,13 @@ impl LightList {
         self.fates.clear();
         self.buckets.clear();
         self.listed.clear();
+        self.clusters.clear();
+        self.budget = ClusterBudget::default();
+        self.visited = 0;
         let apart = prepared.clustered.apart.iter().map(|&emitter| emitter as usize);
         if !skips.by_tile() {
             self.listed.extend(apart.map(|emitter| Listed { emitter, lobes: [true; 2] }));
-            self.fill_clusters(prepared, points);
+            self.share_tolerance(prepared);
             return;
         }
         let mut counts = [0; BUCKETS as usize];
@@ -137,22 +151,38 @@ impl LightList {
                 self.listed.push(Listed { emitter, lobes });
             }
         }
-        self.fill_clusters(prepared, points);
+        self.share_tolerance(prepared);
     }
 
-    /// Walks the clusters for all points of the tile.
-    fn fill_clusters(&mut self, prepared: &Prepared, points: &TilePoints) {
-        self.clusters.clear();
-        self.budget = Budget::default();
+    /// Parts the tolerance between clusters and the lights that are integrated.
+    fn share_tolerance(&mut self, prepared: &Prepared) {
+        self.cluster_tolerance = 0.0;
+        if prepared.features.skips.clusters {
+            self.cluster_tolerance = self.tolerance * CLUSTER_PART;
+            self.tolerance -= self.cluster_tolerance;
+        }
+    }
+
+    /// Lists the clusters of several tiles, of which there may be as many as the processor has lanes.
+    pub fn fill_clusters(tiles: &mut [(&mut Self, &TilePoints)], prepared: &Prepared, processor: Processor) {
         let tree = &prepared.clustered.tree;
-        let tile = Receiver::of_tile(&points.bounds, prepared.features.true_horizon, tree.per_metre);
-        let Self { clusters, budget, tolerance, .. } = self;
-        self.visited = list_clusters(tree.view(), &tile, *tolerance, budget, |listed| clusters.push(listed));
-        // No room on a GPU: each point walks for itself.
-        if self.clusters.len() > MOST_LISTED {
-            self.clusters.clear();
-            self.clusters.push(ListedCluster::ALL);
-            self.budget = Budget::default();
+        let receiver =
+            |points: &TilePoints| Receiver::of_tile(&points.bounds, prepared.features.true_horizon, tree.per_metre);
+        let receivers: Vec<Receiver> = tiles.iter().map(|(_, points)| receiver(points)).collect();
+        let mut tolerance = [1.0; MAX_LANES];
+        tolerance.iter_mut().zip(tiles.iter()).for_each(|(tolerance, (list, _))| *tolerance = list.cluster_tolerance);
+        let lists = Lists::new(processor, tree.view(), &receivers, &tolerance);
+        for (lane, (list, _)) in tiles.iter_mut().enumerate() {
+            list.visited = lists.visited(lane);
+            list.budget = lists.budget(lane);
+            list.clusters.clear();
+            list.clusters.extend(lists.of_tile(lane));
+            // No room on a GPU: each point walks for itself.
+            if list.clusters.len() > MOST_LISTED {
+                list.clusters.clear();
+                list.clusters.push(ListedCluster::ALL);
+                list.budget = ClusterBudget::default();
+            }
         }
     }
 

@@ -7,6 +7,8 @@
 
 pub mod body;
 pub mod cluster;
+pub mod cluster_list;
+pub mod cluster_walk;
 pub mod cubic;
 pub mod curve;
 pub mod edge;
@@ -20,6 +22,7 @@ pub mod pal;
 pub mod picture;
 pub mod polygon;
 pub mod quad;
+pub mod receiver;
 pub mod reflect;
 pub mod representative;
 pub mod roots;

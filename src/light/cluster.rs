@@ -4,8 +4,6 @@ use crate::kernel::cluster::{Cluster, Clusters, HALF, INDEX_MASK, ROUNDING, SING
 use core::cmp::Ordering;
 use glam::{DMat3, DMat4, DVec3};
 
-/// Fewest lights that are worth a tree.
-pub const FEWEST: usize = 8;
 /// Most lights that are sorted along every key to find where to split.
 const SORTED: usize = 1 << 12;
 /// Least part of the lights on either side of a split, so that depth stays logarithmic.

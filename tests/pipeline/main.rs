@@ -9,7 +9,6 @@ mod brdf;
 mod browser;
 mod cases;
 mod cli;
-#[cfg(feature = "gpu")]
 mod clusters;
 mod compare;
 mod edges;

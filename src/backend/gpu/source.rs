@@ -4,10 +4,12 @@ use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
 use crate::backend::features::TOPPED;
 use crate::backend::near::NARROW;
 use crate::brdf::ltc::{ALPHA_MIN, Table};
-use crate::kernel::cluster::{HALF, INDEX_MASK, MOST_LISTED, ROUNDING, SINGLE};
+use crate::kernel::cluster::{CLUSTER_PART, CLUSTER_SLACK, FIRST_SHARE, HALF, INDEX_MASK, LEFT_OUT, ROUNDING, SINGLE};
+use crate::kernel::cluster_list::MOST_LISTED;
 use crate::kernel::curve::NEAREST_IMAGE;
 use crate::kernel::lanes::Lanes;
 use crate::kernel::map::FOOT_LIMIT;
+use crate::kernel::receiver::{PLAIN, SPECULAR};
 use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
 use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
@@ -77,7 +79,7 @@ pub fn light(name: &str) -> Source {
         &[
             LIGHTS,
             technique(name),
-            files!("surface" "reflect" "nearest" "tile" "skips" "cluster" "cluster_list" "light_list"),
+            files!("surface" "reflect" "nearest" "tile" "skips" "receiver" "cluster" "cluster_list" "cluster_walk" "light_list"),
             if has_tops(name) { files!("top") } else { files!("no_top") },
             files!("light"),
         ],
@@ -104,6 +106,8 @@ fn constants() -> String {
         ("HALF", HALF),
         ("INDEX_MASK", INDEX_MASK),
         ("MOST_LISTED", MOST_LISTED as u32),
+        ("PLAIN", PLAIN as u32),
+        ("SPECULAR_LOBE", SPECULAR as u32),
         ("CLUSTERED", CLUSTERED),
         ("LINK_MASK", LINK_MASK),
         ("CLUSTER", CLUSTER),
@@ -140,6 +144,10 @@ fn constants() -> String {
         ("SHARE", SHARE),
         ("SLACK", SLACK),
         ("SKIP_SHARE", SKIP_SHARE),
+        ("FIRST_SHARE", FIRST_SHARE),
+        ("CLUSTER_SLACK", CLUSTER_SLACK),
+        ("CLUSTER_PART", CLUSTER_PART),
+        ("LEFT_OUT", LEFT_OUT),
         ("ROUNDING", ROUNDING),
         ("MARGIN", f32::MARGIN),
         ("FOOT_LIMIT", FOOT_LIMIT as f32),

@@ -1,0 +1,78 @@
+//! Tiles and points that walk the clusters together get, lane by lane, the bits that each alone gets.
+
+use super::{Point, cloud, gather, list, prepare};
+use crate::cases::Rng;
+use glam::DVec3;
+use glyphlight::backend::cluster_packets::{Handed, Lists, WalkingPacket};
+use glyphlight::kernel::cluster::ClusterBudget;
+use glyphlight::kernel::packet::{MAX_LANES, Processor};
+use glyphlight::kernel::receiver::Receiver;
+use glyphlight::kernel::tile::TileBounds;
+
+/// Walks random points of a tile, and tiles, in lanes and one by one; returns how many lanes differ, and how many clusters were
+/// listed and lights handed on. What is in the lanes is shifted.
+fn disagreements(shift: f64) -> (usize, [usize; 2]) {
+    let processor = Processor::default();
+    let lanes = processor.lanes();
+    let mut rng = Rng(5);
+    let (mut wrong, mut seen) = (0, [0; 2]);
+    for case in 0..60 {
+        let (ours, _) = prepare(cloud(&mut rng, 24, [10.0, 60.0, 180.0][case % 3], case % 4 == 0));
+        let tree = ours.clustered.tree.view();
+        let place = rng.direction() * rng.log_within(0.3, 20.0);
+        let count = if case % 5 == 0 { 1 + case % lanes } else { lanes };
+        let near = |rng: &mut Rng| place + rng.direction() * rng.log_within(1e-3, 1.0);
+        let points: Vec<Point> = (0..count)
+            .map(|_| {
+                let at = near(&mut rng);
+                Point::random(&mut rng, at)
+            })
+            .collect();
+        let moved = |p: &Point| Point { position: p.position + DVec3::splat(shift), ..*p };
+        let bounds = |p: &Point| {
+            let mut bounds = TileBounds::EMPTY;
+            p.add_to(&mut bounds);
+            Point { position: p.position * 1.001, ..*p }.add_to(&mut bounds);
+            Receiver::of_tile(&bounds, true, tree.per_metre)
+        };
+        let tolerance = 10.0_f32.powf(-2.0 - 2.0 * rng.unit() as f32);
+        let tiles: Vec<Receiver> = points.iter().map(|p| bounds(&moved(p))).collect();
+        let lists = Lists::new(processor, tree, &tiles, &[tolerance; MAX_LANES]);
+        for (lane, point) in points.iter().enumerate() {
+            let mut budget = ClusterBudget::default();
+            let alone = list(tree, &bounds(point), tolerance, &mut budget);
+            let together: Vec<_> = lists.of_tile(lane).collect();
+            let left = lists.budget(lane);
+            wrong += usize::from(alone != together || budget != left);
+            seen[0] += alone.len();
+        }
+        let listed: Vec<_> = lists.of_tile(0).collect();
+        let mut packet = WalkingPacket::default();
+        points.iter().for_each(|p| packet.push(&moved(p).receiver(tree.per_metre)));
+        packet.walk(processor, tree, &listed, tolerance, ClusterBudget::default());
+        for (lane, point) in points.iter().enumerate() {
+            let mut budget = ClusterBudget::default();
+            let alone = gather(tree, &point.receiver(tree.per_metre), &listed, tolerance, &mut budget);
+            let is = |bits: u32| bits >> lane & 1;
+            let of = |h: &Handed| (h.emitter, is(h.points[0]) | is(h.points[1]) << 1);
+            let mine: Vec<_> = packet.handed().iter().map(of).filter(|h| h.1 != 0).collect();
+            let sum = packet.reflected(lane, 0) + packet.reflected(lane, 1);
+            wrong += usize::from(mine != alone.handed || sum.as_dvec3() != alone.radiance);
+            seen[1] += mine.len();
+        }
+    }
+    (wrong, seen)
+}
+
+#[test]
+fn every_lane_has_the_bits_of_the_point_alone() {
+    let (wrong, seen) = disagreements(0.0);
+    println!("{wrong} differ; {} clusters listed, {} lights handed on", seen[0], seen[1]);
+    assert_eq!(wrong, 0);
+    assert!(seen[0] > 1000 && seen[1] > 100);
+}
+
+#[test]
+fn lanes_that_are_moved_differ() {
+    assert!(disagreements(1e-5).0 > 300);
+}
