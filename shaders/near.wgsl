@@ -130,44 +130,42 @@ fn near_edge_integral(map: CosineMap, a: Wide2, b: Wide2) -> f32 {
     return edge_angle(edge_normal(map, wide_perp_dot(u, a).hi, u.hi), dot(pa, pb) * inv, inv);
 }
 
-// A cut whose range has twice the digits.
-struct NearCut {
-    start: Wide,
-    end: Wide,
-    closing: f32,
-}
-
 // The point at t of the edge from a to b.
 fn near_along(a: Wide2, b: Wide2, t: Wide) -> Wide2 {
     return wide_add2(a, wide_scale2(wide_add2(b, wide_negate2(a)), t));
 }
 
-// Twin of cut_at.
-fn near_cut_at(map: CosineMap, plane: Horizon, cut_any: NearCut, a: Wide2, b: Wide2) -> NearCut {
-    var cut = cut_any;
+// A meeting and the digits that its place has beyond f32.
+struct NearMeeting {
+    coarse: Meeting,
+    at: Wide,
+}
+
+// Twin of meeting.
+fn near_meeting(plane: Horizon, a: Wide2, b: Wide2) -> NearMeeting {
     let ha = near_height(plane.height, a);
     let hb = near_height(plane.height, b);
-    if ha.hi > 0.0 && hb.hi > 0.0 {
-        return cut;
+    var at = Wide(0.0, 0.0);
+    if (ha.hi > 0.0) != (hb.hi > 0.0) {
+        at = wide_over(ha, wide_add(ha, wide_negate(hb)));
     }
-    if !(ha.hi > 0.0) && !(hb.hi > 0.0) {
-        cut.end = Wide(0.0, 0.0);
-        return cut;
+    return NearMeeting(Meeting(ha.hi > 0.0, hb.hi > 0.0, at.hi), at);
+}
+
+fn is_after(a: Wide, b: Wide) -> bool {
+    return a.hi > b.hi || (a.hi == b.hi && a.lo > b.lo);
+}
+
+// Twin of closing.
+fn near_closing(map: CosineMap, plane: Horizon, meeting: NearMeeting, inside: bool, a: Wide2, b: Wide2) -> f32 {
+    if meeting.coarse.start == meeting.coarse.end {
+        return 0.0;
     }
-    let t = wide_over(ha, wide_add(ha, wide_negate(hb)));
-    let closing = plane_crossing(plane, map_point(map, near_along(a, b, t).hi));
-    if ha.hi > 0.0 {
-        cut.closing -= closing;
-        if t.hi < cut.end.hi {
-            cut.end = t;
-        }
-    } else {
-        cut.closing += closing;
-        if t.hi > cut.start.hi {
-            cut.start = t;
-        }
+    var up = plane.corner;
+    if inside {
+        up = plane_crossing(plane, map_point(map, near_along(a, b, meeting.at).hi));
     }
-    return cut;
+    return select(-up, up, meeting.coarse.end);
 }
 
 // Twin of edge_above and cut_edge.
@@ -180,30 +178,52 @@ fn near_edge_above(map: CosineMap, clip: Clip, place: u32, a: Wide2, b: Wide2) -
         if place == PLACE_BELOW {
             plane = clip.second;
         }
-        return plane_far_crossing(plane) * near_far_sign(plane.height, a, b);
+        return plane.corner * near_far_sign(plane.height, a, b);
     }
-    var cut = NearCut(Wide(0.0, 0.0), Wide(1.0, 0.0), 0.0);
+    var start = Wide(0.0, 0.0);
+    var end = Wide(1.0, 0.0);
+    var sum = 0.0;
     if place == PLACE_CUT {
-        for (var k = 0u; k < clip.planes; k++) {
+        var meetings = array(near_meeting(clip.first, a, b), NearMeeting(Meeting(true, true, 0.0), Wide(0.0, 0.0)));
+        if clip.planes == 2u {
+            meetings[1] = near_meeting(clip.second, a, b);
+        }
+        // Of two crossings at one place, in one direction, that of the first is inside and that of the second is not.
+        let first_is_after = is_after(meetings[0].at, meetings[1].at);
+        for (var k = frame.zero; k < clip.planes; k++) {
+            let meeting = meetings[k];
             var plane = clip.first;
+            var inside = is_above(meetings[1].coarse, !first_is_after);
             if k == 1u {
                 plane = clip.second;
+                inside = is_above(meetings[0].coarse, first_is_after);
             }
-            cut = near_cut_at(map, plane, cut, a, b);
+            sum += near_closing(map, plane, meeting, inside, a, b);
+            let of_plane = part_above(meeting.coarse);
+            if of_plane.x > 0.0 && is_after(meeting.at, start) {
+                start = meeting.at;
+            }
+            if of_plane.y < 1.0 {
+                let stop = select(0.0, 1.0, meeting.coarse.start);
+                let until = Wide(meeting.at.hi * stop, meeting.at.lo * stop);
+                if is_after(end, until) {
+                    end = until;
+                }
+            }
         }
-        if !(cut.start.hi < cut.end.hi) {
-            return cut.closing;
+        if !is_after(end, start) {
+            return sum;
         }
     }
-    var start = a;
-    var end = b;
-    if cut.start.hi > 0.0 {
-        start = near_along(a, b, cut.start);
+    var from_start = a;
+    var to_end = b;
+    if start.hi > 0.0 {
+        from_start = near_along(a, b, start);
     }
-    if cut.end.hi < 1.0 {
-        end = near_along(a, b, cut.end);
+    if end.hi < 1.0 {
+        to_end = near_along(a, b, end);
     }
-    return cut.closing + near_edge_integral(map, start, end);
+    return sum + near_edge_integral(map, from_start, to_end);
 }
 
 fn near_far_sign(height: Height, a: Wide2, b: Wide2) -> f32 {

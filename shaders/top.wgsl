@@ -77,7 +77,7 @@ fn find_top(emitter: Emitter, slot: u32, tolerance: f32) -> u32 {
         return 0u;
     }
     // No node may have more.
-    let most = tolerance / brightest;
+    let most = tolerance * SHARE / brightest;
     var count = 0u;
     var i = emitter.first;
     while i < emitter.end && count + 1u < TOP_NODES {

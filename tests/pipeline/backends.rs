@@ -335,7 +335,8 @@ fn every_scene_is_the_same_on_both() {
     assert!(bad.is_empty(), "{bad:#?}");
 }
 
-/// Samples are the same; decisions that hang on a rounding may differ.
+/// Samples are the same; decisions that hang on a rounding may differ. The points of a workgroup share the top of the trees, so that
+/// on the GPU (`b`) they visit fewer nodes, and no more than a few more where another's top is not quite theirs.
 pub fn same_stats(a: &Stats, b: &Stats) -> bool {
     let near = |x: u64, y: u64| x.abs_diff(y) as f64 <= 1e-3 * x.max(y) as f64 + 2.0;
     let lights = a.lights.iter().zip(&b.lights).all(|(x, y)| {
@@ -349,7 +350,9 @@ pub fn same_stats(a: &Stats, b: &Stats) -> bool {
             && near(x.behind_tile, y.behind_tile)
             && near(x.below_tile, y.below_tile)
     });
-    let totals = a.shaded == b.shaded && near(a.integrals, b.integrals) && near(a.nodes, b.nodes);
+    let totals = a.shaded == b.shaded
+        && near(a.integrals, b.integrals)
+        && (a.nodes / 2..=a.nodes + a.nodes / 100 + 2).contains(&b.nodes);
     totals && lights && a.lights.len() == b.lights.len()
 }
 

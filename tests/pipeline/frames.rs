@@ -151,6 +151,28 @@ fn counts(frames: &[Rendering], what: &str) -> Vec<(u64, u64)> {
     frames.iter().map(count).collect()
 }
 
+/// Of the thirteen buffers of a scene those stay that hold what light space, textures and surfaces are.
+#[test]
+fn on_the_gpu_only_what_has_moved_is_uploaded_again() {
+    let Some(gpu) = gpu() else { return };
+    let (scene, motion) = stage();
+    let settings = settings(Technique::Tree);
+    let together = frames(gpu, &scene, &motion, &settings);
+    // Emitters, their boxes and clusters are written every time; none is there before the first picture.
+    assert_eq!(counts(&together, "buffers"), [vec![(0, 13)], vec![(10, 3); 5]].concat());
+    // With a camera that walks, turns, stands still and jumps back, triangles and their boxes are others where it has moved.
+    let moving = Motion { camera: Some(walk(&scene)), ..motion.clone() };
+    let walked: Vec<_> = counts(&frames(gpu, &scene, &moving, &settings), "buffers").iter().map(|c| c.1).collect();
+    assert_eq!(walked, [13, 5, 5, 3, 3, 5]);
+    let skips = Skips::without(&["reuse".parse().unwrap()]);
+    let anew = frames(gpu, &scene, &motion, &Settings { skips, ..settings });
+    assert_eq!(counts(&anew, "buffers"), vec![(0, 13); 6]);
+    for (a, b) in together.iter().zip(&anew) {
+        assert!(bits(&a.film) == bits(&b.film));
+        assert!(a.stats.loaded.is_some_and(|bytes| bytes > 40 * a.stats.nodes / 2), "{:?}", a.stats.loaded);
+    }
+}
+
 #[test]
 fn only_what_has_changed_is_made_again() {
     let (scene, motion) = stage();

@@ -52,7 +52,7 @@ fn technique(name: &str) -> &'static [&'static str] {
 
 /// Whether the techniques of that name walk trees, whose top the points of a workgroup share.
 pub fn has_tops(name: &str) -> bool {
-    matches!(name, "tree" | "textured")
+    !matches!(name, "kuge" | "uniform" | "quad" | "pal" | "representative")
 }
 
 fn concatenate(name: &'static str, files: &[&[&str]]) -> Source {
