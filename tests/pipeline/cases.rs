@@ -1,6 +1,8 @@
 //! Seeded shapes and placements that the tests draw from.
 
 use glam::{DMat3, DVec2, DVec3};
+use glyphlight::kernel::lanes::Vector;
+use glyphlight::kernel::wide::{Wide, Wide3};
 use glyphlight::shape::{CubicBez, Shape};
 
 /// SplitMix64: small, seeded, the same everywhere.
@@ -74,4 +76,9 @@ pub fn blob(rng: &mut Rng) -> Shape {
 /// `m_inv`.
 pub fn images(m_inv: DMat3, turn: DMat3, origin: DVec3, scale: f64) -> [DVec3; 3] {
     [m_inv * turn.x_axis * scale, m_inv * turn.y_axis * scale, m_inv * origin]
+}
+
+/// A vector for the kernel in f64.
+pub fn wide(v: DVec3) -> Wide3 {
+    Vector::of(Wide(v.x), Wide(v.y), Wide(v.z))
 }

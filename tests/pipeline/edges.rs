@@ -11,7 +11,7 @@ use glam::DVec3;
 use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::gpu::layout::MeterPoint;
 use glyphlight::backend::prepared::Prepared;
-use glyphlight::backend::{Settings, Technique};
+use glyphlight::backend::{Settings, Stats, Technique};
 use glyphlight::scene::{Material, Scene};
 
 /// The scenes that say most about edges: curves, holes, the horizon, several lights, both sides.
@@ -54,12 +54,17 @@ fn pictures_agree() {
                 difference.0, difference.1
             );
             let blank = brightest(&b.film) < 0.01;
-            if !agree(difference) || blank || !counted || flipped > 0.05 || !same_stats(&a.stats, &b.stats) {
+            if !agree(difference) || blank || !counted || flipped > 0.05 || !same_counts(&a.stats, &b.stats) {
                 bad.push(format!("{name}, {technique}: {difference:?} {counts:?} {flipped}"));
             }
         }
     }
     assert!(bad.is_empty(), "{bad:#?}");
+}
+
+/// Edges are counted alike, but for those that hang on a rounding.
+fn same_counts(a: &Stats, b: &Stats) -> bool {
+    same_stats(a, b) && a.nodes.abs_diff(b.nodes) as f64 <= 1e-3 * a.nodes as f64 + 2.0
 }
 
 #[test]
@@ -71,7 +76,7 @@ fn a_coarser_setting_is_noticed() {
         let (a, b) = (render(&CpuBackend, &scene, &a), render(gpu, &scene, &b));
         let difference = difference(&a.film, &b.film, white_level(&scene));
         assert!(!agree(difference), "{fine} and {coarse}: {difference:?}");
-        assert!(!same_stats(&a.stats, &b.stats), "{fine} and {coarse} took as much");
+        assert!(!same_counts(&a.stats, &b.stats), "{fine} and {coarse} took as much");
     }
 }
 

@@ -1,11 +1,13 @@
 //! The tree's walk against the float64 yardstick.
 
-use crate::cases::{Rng, blob, images};
+use crate::cases::{Rng, blob, images, wide};
 use glam::{DAffine2, DMat2, DMat3, DVec2, DVec3};
 use glyphlight::backend::exact::{ExactMap, exact_integral};
-use glyphlight::kernel::horizon::{Clip, Height, TrueHorizon};
-use glyphlight::kernel::map::CosineMap;
-use glyphlight::kernel::tree::{Budget, tree_integral};
+use glyphlight::kernel::horizon::{Clip, Clipped, Height, TrueHorizon};
+use glyphlight::kernel::lanes::{Doubles, Lanes};
+use glyphlight::kernel::map::{CosineMap, PlanePoint};
+use glyphlight::kernel::tree::{Budget, Integral, tree_integral};
+use glyphlight::kernel::wide::Wide;
 use glyphlight::light::tree::Tree;
 use glyphlight::outline::font::Font;
 use glyphlight::outline::text::{TextStyle, layout};
@@ -15,19 +17,39 @@ fn tree_value(c: [DVec3; 3], horizon: Option<DVec3>, shape: &Shape, tolerance: f
     walk(c, horizon, &Tree::new(shape).unwrap(), tolerance)
 }
 
+/// As shading points do it: in f64 where the light is close.
 fn walk(c: [DVec3; 3], horizon: Option<DVec3>, tree: &Tree, tolerance: f32) -> (f32, u32) {
     let Some(map) = CosineMap::new(c, tree.center, tree.half) else { return (0.0, 0) };
     if map.depth <= 0.0 {
         return (0.0, 0);
     }
-    let truth = horizon.map(|m| {
-        let form = map.height_form(c.map(|c| c.dot(m)), tree.center, tree.half);
-        TrueHorizon { axis: m.as_vec3(), height: Height::new(&map, form) }
+    let heights = |m: DVec3| c.map(|c| c.dot(m));
+    if map.is_close() {
+        let horizon = horizon.map(|m| (wide(m), heights(m).map(Wide)));
+        let integral = walk_in::<Wide, Wide>(c.map(wide), horizon, tree, tolerance.into());
+        return integral.map_or((0.0, 0), |integral| (integral.value.0 as f32, integral.visited));
+    }
+    let horizon = horizon.map(|m| (m.as_vec3(), heights(m)));
+    walk_in::<f64, f32>(c, horizon, tree, tolerance).map_or((0.0, 0), |integral| (integral.value, integral.visited))
+}
+
+/// The true horizon by its axis and the heights of the images over it.
+fn walk_in<D: Doubles<Narrow = L, Mask = bool>, L: Lanes<Mask = bool>>(
+    c: [D::Vec3; 3],
+    horizon: Option<(L::Vec3, [D; 3])>,
+    tree: &Tree,
+    tolerance: L,
+) -> Option<Integral<L>> {
+    let (map, _) = CosineMap::<L>::of::<D>(c, tree.center, tree.half);
+    let truth = horizon.map(|(axis, heights)| {
+        let form = map.height_form::<D>(heights, tree.center, tree.half);
+        TrueHorizon { axis, height: Height::new(&map, form) }
     });
     let root = tree.nodes[0];
-    let Some(clip) = Clip::new(&map, truth.as_ref(), root.center - map.foot, root.half) else { return (0.0, 0) };
-    let integral = tree_integral(&map, &clip, tree.view(), tolerance, &mut Budget::default(), true);
-    (integral.value, integral.visited)
+    let at = L::Vec2::from_foot(root.center, DVec2::ZERO, map.foot);
+    let Clipped { clip, below } = Clip::of(&map, truth.as_ref(), at, at.fixed(root.half));
+    let [spent, share] = [Budget::default().spent, Budget::default().share].map(|v| tolerance.splat(v));
+    (!below).then(|| tree_integral(&map, &clip, tree.view(), tolerance, &mut Budget { spent, share }, true))
 }
 
 fn random_lobe(rng: &mut Rng) -> DMat3 {

@@ -1,12 +1,13 @@
 //! Masks, prefiltered pictures, the fetch, and the integral of a rectangle.
 
-use crate::cases::{Rng, images};
+use crate::cases::{Rng, images, wide};
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
 use glyphlight::backend::exact::{ExactMap, exact_integral};
-use glyphlight::kernel::horizon::Clip;
-use glyphlight::kernel::map::CosineMap;
+use glyphlight::kernel::horizon::{Clip, Clipped};
+use glyphlight::kernel::map::{CosineMap, PlanePoint};
 use glyphlight::kernel::picture::{Footprint, Level, fetch, unpack};
 use glyphlight::kernel::quad::{Quad, quad_integral};
+use glyphlight::kernel::wide::{Wide, Wide2};
 use glyphlight::light::mask::{light_picture, shape_picture};
 use glyphlight::light::prefilter::Prefiltered;
 use glyphlight::light::{Layer, Square};
@@ -283,6 +284,12 @@ fn the_rectangle_is_that_of_the_yardstick() {
         let Some(map) = map_of(c) else { continue };
         let value = |half: DVec2| {
             let quad = Quad::new(half);
+            if map.is_close() {
+                let (map, _) = CosineMap::<Wide>::of::<Wide>(c.map(wide), DVec2::ZERO, 1.0);
+                let middle = Wide2::of(-map.foot.x(), -map.foot.y());
+                let Clipped { clip, below } = Clip::of(&map, None, middle, middle.fixed(quad.half));
+                return if below { 0.0 } else { quad_integral(&map, &clip, &quad).0 };
+            }
             Clip::new(&map, None, -map.foot, quad.half).map_or(0.0, |clip| f64::from(quad_integral(&map, &clip, &quad)))
         };
         let exact = exact_integral(&ExactMap { c, horizon: None }, &Shape::rectangle(-half, half));
