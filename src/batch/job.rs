@@ -51,6 +51,8 @@ pub struct Done {
     pub pictures: Vec<Written>,
     /// What was left out or simplified: element and what was done about it.
     pub warnings: Vec<(String, String)>,
+    /// The drawing is black, and lit in white.
+    pub was_black: bool,
     /// Layers of the light.
     pub layers: usize,
     /// Curves of its outlines.

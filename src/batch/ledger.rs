@@ -38,6 +38,8 @@ pub struct Entry {
     pub pictures: Vec<Written>,
     /// What was left out or simplified.
     pub warnings: Vec<(String, String)>,
+    /// The drawing is black, and lit in white.
+    pub was_black: bool,
     /// Layers of the light.
     pub layers: usize,
     /// Curves of its outlines.

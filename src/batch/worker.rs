@@ -161,16 +161,13 @@ impl<'a> Studio<'a> {
         let parsed = svg::parse(&bytes, &self.plan.svg)?;
         seconds.parse = lap();
         let art = parsed.draw()?;
-        let mut warnings: Vec<_> = art.warnings.iter().map(|w| (w.element.clone(), w.message.clone())).collect();
+        let warnings = art.warnings.iter().map(|w| (w.element.clone(), w.message.clone())).collect();
         let layers = art.layers.len();
         let curves = art.layers.iter().map(|layer| layer.shape.curves().count()).sum();
         let filled = self.slot.changed(&order.change).fill(&order.name, art).map_err(Fault::item)?;
-        if filled.was_black {
-            warnings.push(("drawing".into(), "all of it is black: lit in white".into()));
-        }
         seconds.settle = lap();
         let technique = order.technique();
-        let settings = self.plan.settings(technique);
+        let (settings, was_black) = (self.plan.settings(technique), filled.was_black);
         let Rendering { film, stats, .. } = self.frame(&settings, filled.light.clone())?;
         let all = lap();
         let shading = ["surfaces", "shading", "sampling", "lights in view"];
@@ -187,7 +184,7 @@ impl<'a> Studio<'a> {
         seconds.compare = lap();
         let pictures = self.write(&self.plan.files(&order.name, technique), &film, compared.as_ref())?;
         seconds.write = lap();
-        Ok(Done { input: digest(&bytes), pictures, warnings, layers, curves, difference, seconds })
+        Ok(Done { input: digest(&bytes), pictures, warnings, was_black, layers, curves, difference, seconds })
     }
 
     /// The template with `light` in its slot. Everything else is as the pictures before have left it.

@@ -366,6 +366,7 @@ impl<'a> Batch<'a> {
                     tool: TOOL.into(),
                     pictures: done.pictures,
                     warnings: done.warnings,
+                    was_black: done.was_black,
                     layers: done.layers,
                     curves: done.curves,
                     difference: done.difference,

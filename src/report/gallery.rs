@@ -43,6 +43,8 @@ pub enum State {
         compared: Option<(String, [f64; 2])>,
         /// Curves of its outlines.
         curves: usize,
+        /// The drawing is black, and lit in white.
+        was_black: bool,
         /// What was left out or simplified.
         warnings: Vec<String>,
     },
@@ -158,7 +160,10 @@ impl Gallery {
             escape(name),
             escape(file)
         );
-        if let State::Done { compared, warnings, .. } = state {
+        if let State::Done { compared, warnings, was_black, .. } = state {
+            if *was_black {
+                out.push_str("<p>black, lit in white</p>");
+            }
             if let Some((_, [rmse, max])) = compared {
                 let _ = write!(out, "<p>masked rectangle: RMSE {}, at most {}</p>", brief(*rmse), brief(*max));
             }

@@ -66,6 +66,7 @@ fn card(batch: &Batch<'_>, ledger: &Ledger, errors: &Errors, item: &Item) -> Car
                 picture: path(PICTURES).unwrap_or_default(),
                 compared: path(COMPARED).zip(entry.difference.map(|d| [d.rmse, d.max])),
                 curves: entry.curves,
+                was_black: entry.was_black,
                 warnings: entry.warnings.iter().map(|(element, message)| format!("{element}: {message}")).collect(),
             }
         }

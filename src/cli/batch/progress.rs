@@ -6,7 +6,7 @@
 //! ```text
 //! { "event": "begin", "todo", "kept", "workers" }
 //! { "event": "item", "number", "name", "file", "outcome": "done", "pictures": [ path ], "warnings": [ [ element, message ] ],
-//!   "layers", "curves", "difference": { "rmse", "max" } or null,
+//!   "was_black", "layers", "curves", "difference": { "rmse", "max" } or null,
 //!   "seconds": { "parse", "settle", "tree", "shade", "write", "compare", "total", "wall" }, "finished", "todo" }
 //! { "event": "item", "number", "name", "file", "outcome": "failed", "element" (or null), "reason", "seconds": { "wall" }, "finished", "todo" }
 //! { "event": "end", "done", "kept", "failed", "left", "seconds", "items_per_second", "sum": the seconds of all items by phase, "overhead": the part of
@@ -186,6 +186,7 @@ fn event(report: &Report, item: &Item, finished: usize, todo: usize) -> Value {
             event["outcome"] = json!("done");
             event["pictures"] = done.pictures.iter().map(|p| p.path.as_str()).collect();
             event["warnings"] = json!(done.warnings);
+            event["was_black"] = json!(done.was_black);
             event["layers"] = json!(done.layers);
             event["curves"] = json!(done.curves);
             event["difference"] = json!(done.difference);
