@@ -31,6 +31,8 @@ pub struct Crew {
     pub time_limit: Duration,
     /// What memory an item may take, for messages, MiB.
     pub memory_limit: u64,
+    /// Whether no item is begun any more once one has failed.
+    pub fail_fast: bool,
 }
 
 /// What has become of an item, and how long that took.
@@ -43,15 +45,6 @@ pub struct Report {
     pub seconds: f64,
 }
 
-/// Whether to go on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Next {
-    /// With the next item.
-    Go,
-    /// No item is begun any more; those begun are finished.
-    Stop,
-}
-
 impl Crew {
     /// Has all items done; `report` hears of each as it is finished, in no certain order.
     ///
@@ -60,7 +53,7 @@ impl Crew {
     pub fn run(
         &self,
         orders: Vec<Order>,
-        mut report: impl FnMut(Report) -> Result<Next, BatchError>,
+        mut report: impl FnMut(Report) -> Result<(), BatchError>,
     ) -> Result<(), BatchError> {
         let count = self.count.min(orders.len());
         let queue = Mutex::new(VecDeque::from(orders));
@@ -77,6 +70,9 @@ impl Crew {
                         let Some(order) = next else { break };
                         let start = Instant::now();
                         let outcome = self.order(&mut hand, &order, abandon);
+                        if self.fail_fast && matches!(outcome, Ok(Outcome::Failed(_))) {
+                            stop.store(true, Ordering::Relaxed);
+                        }
                         let seconds = start.elapsed().as_secs_f64();
                         let told = outcome.map(|outcome| Report { order, outcome, seconds });
                         if sender.send(told).is_err() {
@@ -88,15 +84,12 @@ impl Crew {
             drop(sender);
             let mut result = Ok(());
             for told in reports {
-                let next = if result.is_ok() { told.and_then(&mut report) } else { Ok(Next::Stop) };
-                match next {
-                    Ok(Next::Go) => {}
-                    Ok(Next::Stop) => stop.store(true, Ordering::Relaxed),
-                    Err(error) => {
-                        stop.store(true, Ordering::Relaxed);
-                        abandon.store(true, Ordering::Relaxed);
-                        result = Err(error);
-                    }
+                if result.is_ok() {
+                    result = told.and_then(&mut report);
+                }
+                if result.is_err() {
+                    stop.store(true, Ordering::Relaxed);
+                    abandon.store(true, Ordering::Relaxed);
                 }
             }
             result

@@ -13,7 +13,7 @@ use super::values::{Color, hex, positive, positive_f64, radiance};
 use super::{say, warn};
 use crate::backend::Settings;
 use crate::batch::BatchError;
-use crate::batch::crew::{Crew, Next, Report};
+use crate::batch::crew::{Crew, Report};
 use crate::batch::errors::{Errors, ItemError};
 use crate::batch::inputs::{self, Item};
 use crate::batch::job::{Failure, Order, Outcome};
@@ -311,13 +311,11 @@ impl<'a> Batch<'a> {
             count: jobs,
             time_limit: self.args.limits.time(),
             memory_limit: self.args.limits.memory(),
+            fail_fast: self.args.fail_fast,
         };
         let done = crew.run(orders, |report| {
-            let next = self.take(&report, &mut ledger, &mut errors)?;
-            progress
-                .item(&report, &self.items[report.order.number - 1])
-                .map_err(|e| BatchError::Write(e.to_string()))?;
-            Ok(next)
+            self.take(&report, &mut ledger, &mut errors)?;
+            progress.item(&report, &self.items[report.order.number - 1]).map_err(|e| BatchError::Write(e.to_string()))
         });
         progress.pause();
         ledger.sweep()?;
@@ -352,7 +350,7 @@ impl<'a> Batch<'a> {
     }
 
     /// Notes what has become of an item.
-    fn take(&self, report: &Report, ledger: &mut Ledger, errors: &mut Errors) -> Result<Next, BatchError> {
+    fn take(&self, report: &Report, ledger: &mut Ledger, errors: &mut Errors) -> Result<(), BatchError> {
         let item = &self.items[report.order.number - 1];
         let file = item.file.display().to_string();
         match &report.outcome {
@@ -370,14 +368,12 @@ impl<'a> Batch<'a> {
                     layers: done.layers,
                     curves: done.curves,
                     difference: done.difference,
-                })?;
-                Ok(Next::Go)
+                })
             }
             Outcome::Failed(Failure { element, reason, .. }) => {
                 ledger.strike(&item.name)?;
                 let (name, element, reason) = (item.name.clone(), element.clone(), reason.clone());
-                errors.add(ItemError { number: item.number, name, file, element, reason })?;
-                Ok(if self.args.fail_fast { Next::Stop } else { Next::Go })
+                errors.add(ItemError { number: item.number, name, file, element, reason })
             }
             Outcome::Unwritable { message } => Err(BatchError::Write(message.clone())),
         }

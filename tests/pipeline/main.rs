@@ -4,6 +4,7 @@
 
 mod approximations;
 mod backends;
+mod batch;
 mod bench;
 mod brdf;
 mod browser;
