@@ -50,6 +50,11 @@ impl Errors {
         Self { path, list: known.filter(same).map(|error| (error.number, error)).collect(), out: None }
     }
 
+    /// Their file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The error of an item.
     pub fn of(&self, number: usize) -> Option<&ItemError> {
         self.list.get(&number)
@@ -58,6 +63,11 @@ impl Errors {
     /// All of them, by number.
     pub fn iter(&self) -> impl Iterator<Item = &ItemError> {
         self.list.values()
+    }
+
+    /// Forgets that of an item.
+    pub fn remove(&mut self, number: usize) {
+        self.list.remove(&number);
     }
 
     /// Adds one.

@@ -19,7 +19,7 @@ pub const MANIFEST: &str = "manifest.jsonl";
 /// The file that is locked while a batch runs.
 const LOCK: &str = ".lock";
 /// How the names of files begin that are being written.
-const TEMPORARY: &str = ".glyphlight-";
+pub const TEMPORARY: &str = ".glyphlight-";
 
 /// A finished item.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -103,6 +103,22 @@ impl Ledger {
             entries = read(folder)?.0;
         }
         Ok(Self { folder: folder.into(), entries, out: None, _lock: None })
+    }
+
+    /// Looks at a folder that no batch is writing to; nothing in it is made or changed.
+    ///
+    /// # Errors
+    /// It is in use, belongs to something else, or cannot be read.
+    pub fn look_finished(folder: &Path) -> Result<Self, BatchError> {
+        let path = folder.join(LOCK);
+        match File::open(&path).map(|lock| lock.try_lock_shared()) {
+            Ok(Ok(())) => {}
+            Ok(Err(TryLockError::WouldBlock)) => return Err(BatchError::Locked(folder.into())),
+            // Copied without it.
+            Err(source) if source.kind() == std::io::ErrorKind::NotFound => {}
+            Ok(Err(TryLockError::Error(source))) | Err(source) => return Err(BatchError::Output { path, source }),
+        }
+        Self::look(folder)
     }
 
     /// The folder.
@@ -198,9 +214,14 @@ fn is_below(path: &str) -> bool {
     !path.is_empty() && parts.into_iter().all(|part| matches!(part, std::path::Component::Normal(_)))
 }
 
+/// Whether a folder is a batch's.
+pub fn is_own(folder: &Path) -> bool {
+    folder.join(MANIFEST).is_file() || folder.join(LOCK).is_file() || folder.join(super::parts::PARTS).is_dir()
+}
+
 /// Refuses a folder that holds anything and is no batch's.
 fn check_own(folder: &Path) -> Result<(), BatchError> {
-    if folder.join(MANIFEST).is_file() || folder.join(LOCK).is_file() {
+    if is_own(folder) {
         return Ok(());
     }
     let mut entries = std::fs::read_dir(folder).map_err(BatchError::output(folder))?;
@@ -231,13 +252,18 @@ fn read(folder: &Path) -> Result<(BTreeMap<String, Entry>, bool), BatchError> {
     Ok((entries, is_whole))
 }
 
-/// Removes unfinished files in a folder and below.
+/// Removes unfinished files and folders in a folder and below.
 fn sweep(folder: &Path) -> Result<(), BatchError> {
     for entry in std::fs::read_dir(folder).map_err(BatchError::output(folder))? {
         let entry = entry.map_err(BatchError::output(folder))?;
         let path = entry.path();
         if entry.file_type().map_err(BatchError::output(&path))?.is_dir() {
-            sweep(&path)?;
+            if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
+                std::fs::remove_dir_all(&path).map_err(BatchError::output(&path))?;
+            } else if entry.file_name() != super::parts::PARTS {
+                // Whoever renders a part cleans up there.
+                sweep(&path)?;
+            }
         } else if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
             match std::fs::remove_file(&path) {
                 Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(BatchError::output(path)(e)),

@@ -10,15 +10,19 @@
 //! killed, whatever it is doing, and replaced. What is done stands in the manifest ([`ledger`]), by digests of what it was made from and
 //! of what was written; a picture is written beside its place and renamed. So at any moment the folder holds whole pictures, and a manifest
 //! that knows of all of them but those of the last moment.
+//!
+//! Several machines each render a part of the items into a folder of its own ([`parts`]), as a render farm runs it by a job that [`farm`] writes.
 
 pub mod confine;
 pub mod crew;
 pub mod errors;
+pub mod farm;
 pub mod inputs;
 pub mod job;
 pub mod ledger;
 pub mod names;
 pub mod numbers;
+pub mod parts;
 pub mod worker;
 
 use std::path::PathBuf;
@@ -56,6 +60,12 @@ pub enum BatchError {
         /// The folder.
         path: PathBuf,
     },
+    /// A folder that is to be merged is none of a batch.
+    #[error("{}: there is no {manifest} of a batch in it, nor in a folder in it", .0.display(), manifest = ledger::MANIFEST)]
+    NoPart(PathBuf),
+    /// There is no job for a render farm of that.
+    #[error(transparent)]
+    Farm(#[from] farm::FarmError),
     /// The folder cannot be written to.
     #[error("{}: {source}", path.display())]
     Output {

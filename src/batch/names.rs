@@ -22,7 +22,7 @@ pub fn of_file(below: &Path) -> String {
 }
 
 /// A part of a name as every file system takes it.
-fn plain(part: &str) -> String {
+pub fn plain(part: &str) -> String {
     const RESERVED: [&str; 4] = ["con", "prn", "aux", "nul"];
     let fine = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ' | '+' | '(' | ')' | '@' | ',');
     let text: String = part.chars().map(|c| if fine(c) { c } else { '_' }).collect();

@@ -1,5 +1,6 @@
 //! Numbers of items, as `1-4,7`.
 
+use core::fmt;
 use core::str::FromStr;
 use std::ops::RangeInclusive;
 
@@ -16,6 +17,21 @@ impl Numbers {
     /// The largest that is named.
     pub fn largest(&self) -> usize {
         self.0.iter().filter(|r| *r.end() < usize::MAX).map(|r| *r.end()).max().unwrap_or(0)
+    }
+}
+
+/// As it is read.
+impl fmt::Display for Numbers {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, range) in self.0.iter().enumerate() {
+            let comma = if index > 0 { "," } else { "" };
+            match (range.start(), range.end()) {
+                (from, &usize::MAX) => write!(f, "{comma}{from}-")?,
+                (from, to) if from == to => write!(f, "{comma}{from}")?,
+                (from, to) => write!(f, "{comma}{from}-{to}")?,
+            }
+        }
+        Ok(())
     }
 }
 
@@ -49,6 +65,8 @@ mod tests {
         let held: Vec<_> = (1..23).filter(|&n| numbers.holds(n)).collect();
         assert_eq!(held, [1, 2, 3, 4, 7, 20, 21, 22]);
         assert_eq!(numbers.largest(), 7);
+        assert_eq!(numbers.to_string(), "1-4,7,20-");
+        assert_eq!(" 3 - 3, 05".parse::<Numbers>().unwrap().to_string(), "3,5");
         for bad in ["", "0", "a", "4-1", "1,", "-3", "1--2", "1.5"] {
             assert!(bad.parse::<Numbers>().is_err(), "{bad}");
         }

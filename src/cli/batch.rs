@@ -2,6 +2,8 @@
 
 mod finish;
 mod limits;
+mod merge;
+mod plan;
 mod progress;
 mod work;
 
@@ -19,6 +21,7 @@ use crate::batch::inputs::{self, Item};
 use crate::batch::job::{Failure, Order, Outcome};
 use crate::batch::ledger::{Entry, Ledger};
 use crate::batch::numbers::Numbers;
+use crate::batch::parts;
 use crate::batch::worker::Plan;
 use crate::digest::digest;
 use crate::error::Error;
@@ -39,6 +42,22 @@ const TOOL: &str = concat!("glyphlight ", env!("CARGO_PKG_VERSION"));
 const LARGE: u64 = 4 << 20;
 
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub struct Verb {
+    #[command(subcommand)]
+    verb: Option<Other>,
+    #[command(flatten)]
+    args: Args,
+}
+
+/// What else there is to be done with a batch than to render it.
+#[derive(Debug, clap::Subcommand)]
+enum Other {
+    /// Write the job by which a render farm does the same batch in parts, to standard output
+    Plan(Box<plan::PlanArgs>),
+}
+
+#[derive(Debug, clap::Args)]
 pub struct Args {
     /// SVG files, folders of them, patterns such as 'icons/*.svg', lists (.toml, .csv)
     #[arg(value_name = "INPUT", required_unless_present = "list")]
@@ -55,6 +74,14 @@ pub struct Args {
     /// Render these items only, by number, as 1-4,7,20-; their numbers are those of --dry-run
     #[arg(long, value_name = "NUMBERS")]
     items: Option<Numbers>,
+    /// Render the items of --items into a folder of their own, DIR/parts/NUMBERS, what is done in DIR left out, for --merge to gather. Items that fail
+    /// are no failure of the part
+    #[arg(long, requires = "items", conflicts_with = "dry_run")]
+    part: bool,
+    /// Render nothing: gather what is in this folder, or in folders in it, check it by its digests, and write contact sheet and gallery. May be
+    /// given several times. DIR/parts is removed when it is empty of news
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["part", "dry_run", "fail_fast"])]
+    merge: Vec<PathBuf>,
     /// Say what would be done, and do nothing
     #[arg(long)]
     dry_run: bool,
@@ -147,7 +174,14 @@ impl Todo {
     }
 }
 
-pub fn run(args: &Args) -> Result<bool, Error> {
+pub fn run(verb: &Verb) -> Result<bool, Error> {
+    match &verb.verb {
+        Some(Other::Plan(plan)) => plan::run(plan).map(|()| true),
+        None => run_here(&verb.args),
+    }
+}
+
+fn run_here(args: &Args) -> Result<bool, Error> {
     if args.list {
         return TEMPLATES.iter().try_for_each(|t| say(format!("template:{:<10} {}", t.name, t.about))).map(|()| true);
     }
@@ -165,7 +199,11 @@ pub fn run(args: &Args) -> Result<bool, Error> {
         return Err(Error::Usage(format!("--items: there are {} items", items.len())));
     }
     let batch = Batch::new(args, &plan, &loaded, items)?;
-    if args.dry_run { batch.describe().map(|()| true) } else { batch.run() }
+    match () {
+        () if args.dry_run => batch.describe().map(|()| true),
+        () if !args.merge.is_empty() => merge::run(&batch, output),
+        () => batch.run(output),
+    }
 }
 
 /// How items are rendered, by the arguments.
@@ -183,7 +221,10 @@ fn plan(args: &Args, output: &Path) -> Result<Plan, Error> {
     };
     settings.check()?;
     Ok(Plan {
-        folder: output.into(),
+        folder: match &args.items {
+            Some(items) if args.part => parts::folder(output, items),
+            _ => output.into(),
+        },
         settings,
         display: args.display.display(),
         exr: args.exr,
@@ -288,8 +329,9 @@ impl<'a> Batch<'a> {
     }
 
     /// Whether every item that was asked for has its picture.
-    fn run(&self) -> Result<bool, Error> {
+    fn run(&self, output: &Path) -> Result<bool, Error> {
         let start = Instant::now();
+        let whole = if self.args.part { Some(Ledger::look(output)?) } else { None };
         let mut ledger = Ledger::open(&self.plan.folder)?;
         // Not by the hundred: workers make them as well.
         let folder = self.plan.folder.join(crate::batch::worker::PICTURES);
@@ -297,7 +339,8 @@ impl<'a> Batch<'a> {
         let mut errors = Errors::read(&self.plan.folder, &self.items, |item| !self.is_asked(item));
         let (mut orders, mut tally) = (Vec::new(), Tally::default());
         for item in self.asked() {
-            if self.todo(&ledger, item) == Todo::Done {
+            let is_done = |ledger: &Ledger| self.todo(ledger, item) == Todo::Done;
+            if is_done(&ledger) || whole.as_ref().is_some_and(is_done) {
                 tally.kept += 1;
             } else {
                 orders.push(self.order(item));
@@ -322,8 +365,12 @@ impl<'a> Batch<'a> {
         done?;
         ledger.rewrite()?;
         errors.rewrite()?;
+        if self.args.part {
+            let is_good = progress.end(&self.plan.folder, &errors, start.elapsed().as_secs_f64())?;
+            return Ok(is_good || !self.args.fail_fast);
+        }
         finish::write(self, &ledger, &errors)?;
-        progress.end(&self.plan.folder, &errors, start.elapsed().as_secs_f64())
+        progress.end(&self.plan.folder.join(finish::PAGE), &errors, start.elapsed().as_secs_f64())
     }
 
     fn order(&self, item: &Item) -> Order {

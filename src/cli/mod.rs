@@ -47,7 +47,7 @@ enum Verb {
     /// Render one scene by every technique and show what each costs and how wrong it is
     Compare(Box<compare::Args>),
     /// Render many SVGs as lights of one scene, and go on where an earlier run was interrupted
-    Batch(Box<batch::Args>),
+    Batch(Box<batch::Verb>),
     /// Time against error of every technique; --check holds a run against an earlier one
     Bench(Box<bench::Args>),
     /// Show what a font's text, an SVG or path data becomes: contours, areas, tree

@@ -11,6 +11,9 @@ use crate::scene::{Motion, Scene, figures, templates};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
+/// How the names of bundled templates begin.
+pub const TEMPLATE: &str = "template:";
+
 /// What to render.
 #[derive(Debug, clap::Args)]
 pub struct Subject {
@@ -91,7 +94,7 @@ impl Subject {
 
 /// Loads a template: a scene file with a slot, or a bundled one.
 pub fn open_template(path: &Path) -> Result<Loaded, Error> {
-    Ok(match path.to_str().and_then(|name| name.strip_prefix("template:")) {
+    Ok(match path.to_str().and_then(|name| name.strip_prefix(TEMPLATE)) {
         Some(name) => templates::load(name)?,
         None => file::load_template(path)?,
     })

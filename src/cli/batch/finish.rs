@@ -10,6 +10,9 @@ use crate::film::sheet::{self, Place, View};
 use crate::report::gallery::{Card, Gallery, State};
 use crate::scene::Texture;
 
+/// The gallery's file.
+pub const PAGE: &str = "index.html";
+
 /// Writes both. The same pictures give the same bytes.
 pub fn write(batch: &Batch<'_>, ledger: &Ledger, errors: &Errors) -> Result<(), Error> {
     let folder = ledger.folder();
@@ -36,7 +39,7 @@ pub fn write(batch: &Batch<'_>, ledger: &Ledger, errors: &Errors) -> Result<(), 
         size: [settings.width, settings.height],
         cards,
     };
-    Ok(write_whole(&folder.join("index.html"), gallery.page().as_bytes())?)
+    Ok(write_whole(&folder.join(PAGE), gallery.page().as_bytes())?)
 }
 
 /// The entry of an item, if it is of that drawing.

@@ -141,7 +141,7 @@ impl Progress {
     }
 
     /// Says how it went; whether nothing failed.
-    pub fn end(self, folder: &Path, errors: &Errors, seconds: f64) -> Result<bool, Error> {
+    pub fn end(self, made: &Path, errors: &Errors, seconds: f64) -> Result<bool, Error> {
         let Tally { done, kept, failed } = self.tally;
         let left = self.todo - done - failed;
         let rate = done as f64 / seconds.max(1e-9);
@@ -153,10 +153,7 @@ impl Progress {
             return Ok(failed == 0);
         }
         if errors.iter().count() > LISTED {
-            eprintln!(
-                "{failed} failed; all of them with their reasons are in {}",
-                folder.join("errors.jsonl").display()
-            );
+            eprintln!("{failed} failed; all of them with their reasons are in {}", errors.path().display());
         }
         let mut line = format!("{done} done");
         for (count, what) in [(kept, "kept"), (failed, "failed"), (left, "not begun")] {
@@ -164,7 +161,7 @@ impl Progress {
                 line += &format!(", {count} {what}");
             }
         }
-        say(format!("{line}; {seconds:.1} s, {rate:.1}/s: {}", folder.join("index.html").display()))?;
+        say(format!("{line}; {seconds:.1} s, {rate:.1}/s: {}", made.display()))?;
         Ok(failed == 0)
     }
 }
