@@ -79,7 +79,7 @@ pub struct Args {
     #[arg(long, requires = "items", conflicts_with = "dry_run")]
     part: bool,
     /// Render nothing: gather what is in this folder, or in folders in it, check it by its digests, and write contact sheet and gallery. May be
-    /// given several times. DIR/parts is removed when it is empty of news
+    /// given several times. DIR/parts is removed once nothing is missing
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["part", "dry_run", "fail_fast"])]
     merge: Vec<PathBuf>,
     /// Say what would be done, and do nothing

@@ -5,6 +5,7 @@
 mod approximations;
 mod backends;
 mod batch;
+mod batch_plan;
 mod bench;
 mod brdf;
 mod browser;
