@@ -2,12 +2,13 @@
 
 use super::{FilmError, Pending, png};
 use crate::color::{srgb_decode, srgb_encode};
-use crate::outline::font::Font;
-use crate::outline::text::{TextStyle, layout};
+use crate::outline::font::{Font, Instance};
 use crate::shape::Shape;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::collections::HashMap;
 use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
 use tiny_skia::{Color, FillRule, Paint, PathBuilder, Pixmap, Rect, Transform};
 
 /// Largest side of the sheet, pixels.
@@ -88,6 +89,7 @@ pub fn write(path: &Path, count: usize, place: impl Fn(usize) -> Place + Sync) -
     let mut sheet = Pixmap::new(width, height).ok_or_else(size_error)?;
     sheet.fill(color(GROUND));
     let font = Font::bundled("Inter").ok();
+    let letters = Letters::new(font.as_ref());
     // A row at a time: no more pictures are in memory than a row has.
     for first in (0..count).step_by(grid.columns as usize) {
         let row = first..count.min(first + grid.columns as usize);
@@ -96,8 +98,8 @@ pub fn write(path: &Path, count: usize, place: impl Fn(usize) -> Place + Sync) -
             .map(|index| {
                 let Place { label, view } = place(index);
                 let fault = matches!(view, View::Failed);
-                let label = (grid.line > 0).then(|| shortened(&label, font.as_ref(), f64::from(grid.side))).flatten();
-                (index, thumbnail(&view, grid.side), label, fault)
+                let text = if grid.line > 0 { label.as_str() } else { "" };
+                (index, thumbnail(&view, grid.side), letters.label(text, f64::from(grid.side)), fault)
             })
             .collect();
         for (index, rgb, label, fault) in small {
@@ -110,9 +112,10 @@ pub fn write(path: &Path, count: usize, place: impl Fn(usize) -> Place + Sync) -
             if fault {
                 cross(&mut sheet, [x, y], grid.side);
             }
-            if let Some(shape) = label {
-                let base = DVec2::new(f64::from(x), f64::from(y + grid.side) + 0.72 * f64::from(grid.line));
-                write_text(&mut sheet, &shape, base, if fault { FAULT } else { TEXT });
+            let base = DVec2::new(f64::from(x), f64::from(y + grid.side) + 0.72 * f64::from(grid.line));
+            for (pen, letter) in label {
+                let base = base + DVec2::new(pen, 0.0);
+                write_letter(&mut sheet, &letter.shape, base, if fault { FAULT } else { TEXT });
             }
         }
     }
@@ -155,23 +158,65 @@ fn thumbnail(view: &View, side: u32) -> Vec<u8> {
     rgb
 }
 
-/// The longest beginning of a label that fits, as outlines of [`EM`] pixels, y up. `None` where no font has its characters.
-fn shortened(label: &str, font: Option<&Font>, width: f64) -> Option<Shape> {
-    let style = TextStyle { size: EM, ..TextStyle::default() };
-    let set = |text: &str| layout(text, std::slice::from_ref(font?), &style).ok().map(|text| text.shape);
-    let mut shown: String = label.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
-    let whole = set(&shown)?;
-    if whole.bounds().max.x <= width {
-        return Some(whole);
+/// A letter of a label.
+#[derive(Debug)]
+struct Letter {
+    /// Its outline, em, y up.
+    shape: Shape,
+    /// From its pen to the next, em.
+    advance: f64,
+}
+
+/// The letters of labels, each made once: set side by side, as what nobody reads at length may be.
+struct Letters<'a> {
+    font: Option<Instance<'a>>,
+    made: Mutex<HashMap<char, Option<Arc<Letter>>>>,
+}
+
+/// Letters with the places of their pens, pixels.
+type Label = Vec<(f64, Arc<Letter>)>;
+
+impl<'a> Letters<'a> {
+    fn new(font: Option<&'a Font>) -> Self {
+        Self { font: font.and_then(|font| font.instance(&[]).ok()), made: Mutex::default() }
     }
-    while !shown.is_empty() {
-        shown.pop();
-        let shape = set(&format!("{shown}…"))?;
-        if shape.bounds().max.x <= width {
-            return Some(shape);
+
+    /// A letter, or the question mark where the font has none.
+    fn of(&self, letter: char) -> Option<Arc<Letter>> {
+        if let Some(made) = self.made.lock().unwrap_or_else(PoisonError::into_inner).get(&letter) {
+            return made.clone();
         }
+        let font = self.font.as_ref()?;
+        let glyph = font.glyph_index(letter).or_else(|| font.glyph_index('?'));
+        let make = |glyph| Some(Arc::new(Letter { shape: font.glyph(glyph).ok()?, advance: font.advance(glyph) }));
+        let made = glyph.and_then(make);
+        self.made.lock().unwrap_or_else(PoisonError::into_inner).insert(letter, made.clone());
+        made
     }
-    None
+
+    /// The longest beginning of a label that fits into a width, pixels; an ellipsis says that there was more.
+    fn label(&self, text: &str, width: f64) -> Label {
+        let more = self.of('…');
+        let room = more.as_ref().map_or(0.0, |letter| EM * letter.advance);
+        let (mut label, mut pen) = (Label::new(), 0.0);
+        // How much of it leaves room for the ellipsis, and where that would stand.
+        let mut short = (0, 0.0);
+        for letter in text.chars().filter_map(|letter| self.of(letter)) {
+            let next = pen + EM * letter.advance;
+            // Of a label as wide as its place nothing is cut.
+            if next > width + 1e-9 {
+                label.truncate(short.0);
+                label.extend(more.map(|more| (short.1, more)));
+                break;
+            }
+            label.push((pen, letter));
+            pen = next;
+            if pen + room <= width {
+                short = (label.len(), pen);
+            }
+        }
+        label
+    }
 }
 
 fn color([r, g, b]: [u8; 3]) -> Color {
@@ -184,10 +229,10 @@ fn paint(rgb: [u8; 3]) -> Paint<'static> {
     paint
 }
 
-/// Outlines with y up, from `base` on.
-fn write_text(sheet: &mut Pixmap, shape: &Shape, base: DVec2, rgb: [u8; 3]) {
+/// Outlines in em with y up, from `base` on.
+fn write_letter(sheet: &mut Pixmap, shape: &Shape, base: DVec2, rgb: [u8; 3]) {
     let mut path = PathBuilder::new();
-    let at = |p: DVec2| ((base.x + p.x) as f32, (base.y - p.y) as f32);
+    let at = |p: DVec2| ((base.x + EM * p.x) as f32, (base.y - EM * p.y) as f32);
     for contour in shape.contours() {
         for (i, curve) in contour.curves().iter().enumerate() {
             let ((x0, y0), (x1, y1)) = (at(curve.p0), at(curve.p1));
@@ -215,5 +260,29 @@ fn cross(sheet: &mut Pixmap, [x, y]: [u32; 2], side: u32) {
             paint.anti_alias = true;
             sheet.fill_rect(bar, &paint, place, None);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_fit_and_say_where_they_are_cut() {
+        let font = Font::bundled("Inter").unwrap();
+        let letters = Letters::new(Some(&font));
+        let end = |label: &Label| label.last().map_or(0.0, |(pen, letter)| pen + EM * letter.advance);
+        let is_dots = |letter: &Arc<Letter>| Arc::ptr_eq(letter, &letters.of('…').unwrap());
+        let whole = letters.label("12 star", 100.0);
+        assert!(whole.len() == 7 && end(&whole) < 100.0 && !whole.iter().any(|(_, letter)| is_dots(letter)));
+        let long = "W".repeat(10_000);
+        for width in [5.0, 12.0, 40.0, 192.0] {
+            let cut = letters.label(&long, width);
+            assert!(is_dots(&cut.last().unwrap().1), "{width}");
+            assert!(end(&cut) <= width || cut.len() == 1, "{width}: {}", end(&cut));
+        }
+        assert_eq!(end(&letters.label("12 star", end(&whole))), end(&whole));
+        // No font of ours has it.
+        assert_eq!(letters.label("\u{1f9ff}", 100.0).len(), 1);
     }
 }

@@ -2,6 +2,7 @@
 
 mod fill;
 mod hostile;
+mod icons;
 mod kill;
 mod lists;
 mod output;

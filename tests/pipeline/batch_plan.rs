@@ -108,7 +108,11 @@ fn tasks_at_once_make_the_whole_and_what_is_damaged_is_found() {
     assert_same(&here.path("whole"), &here.path("farm"));
     // Repeated, all is there already, failures as well.
     let done = &at_once(&here, &merge)[0];
-    assert!(text(&done.stdout).contains("0 merged from 0 parts, 9 kept, 1 failed, 0 missing"), "{}", text(&done.stdout));
+    assert!(
+        text(&done.stdout).contains("0 merged from 0 parts, 9 kept, 1 failed, 0 missing"),
+        "{}",
+        text(&done.stdout)
+    );
     assert_same(&here.path("whole"), &here.path("farm"));
     // And a task that comes late does again what failed, no more.
     let late = &at_once(&here, &parts[2..])[0];
@@ -237,7 +241,11 @@ fn what_cannot_be_a_job_is_refused_at_once() {
         refused(format, &["nothing"], "nothing: there is no such file or folder");
         refused(format, &["a.svg", "--scene", "own.toml"], "own.toml");
     }
-    refused("slurm", &["many.csv", "--chunk", "1"], "1001 items make 1001 tasks; a Slurm array takes 1000: from --chunk 2");
+    refused(
+        "slurm",
+        &["many.csv", "--chunk", "1"],
+        "1001 items make 1001 tasks; a Slurm array takes 1000: from --chunk 2",
+    );
     let (code, out, _) = plan(&here, "slurm", &["many.csv", "-o", "o"]);
     assert!(code == 0 && out.contains("--array=1-63 "), "{out}");
     let (code, out, _) = plan(&here, "openjd", &["many.csv", "-o", "o", "--chunk", "1"]);

@@ -27,7 +27,9 @@ pub enum FarmError {
         reason: &'static str,
     },
     /// Too many tasks.
-    #[error("--chunk {chunk}: {items} items make {tasks} tasks; {format} takes {most}: from --chunk {least} on it works")]
+    #[error(
+        "--chunk {chunk}: {items} items make {tasks} tasks; {format} takes {most}: from --chunk {least} on it works"
+    )]
     Tasks {
         /// Items of a task.
         chunk: usize,

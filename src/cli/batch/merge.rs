@@ -98,24 +98,30 @@ fn merge(
             count.merged += 1;
             return Ok(());
         }
-        Some(Found::Done(part, _)) => format!("its picture in {} is not what was written there", part.folder().display()),
+        Some(Found::Done(part, _)) => {
+            format!("its picture in {} is not what was written there", part.folder().display())
+        }
         Some(Found::Failed(error)) => {
             ledger.strike(&item.name)?;
             errors.add((*error).clone())?;
             count.failed += 1;
-            return Ok(say_failed(batch, error.number, &item.file, &error.reason)?);
+            return say_failed(batch, error.number, &item.file, &error.reason);
         }
         None if errors.of(item.number).is_some() => {
             count.failed += 1;
             return Ok(());
         }
-        None if parts.names(item) => "its part was made from another drawing, template or options, or by another version".into(),
+        None if parts.names(item) => {
+            "its part was made from another drawing, template or options, or by another version".into()
+        }
         None => "no part has it".into(),
     };
     count.missing += 1;
     if batch.args.json {
         let file = item.file.display().to_string();
-        return say(json!({ "event": "missing", "number": item.number, "name": item.name, "file": file, "reason": reason }));
+        return say(
+            json!({ "event": "missing", "number": item.number, "name": item.name, "file": file, "reason": reason }),
+        );
     }
     eprintln!("missing: {} {}: {reason}", item.number, item.file.display());
     Ok(())

@@ -109,7 +109,9 @@ fn words(command: &Command, matches: &ArgMatches) -> Result<Vec<String>, Error> 
         }
         let Some(long) = arg.get_long() else { continue };
         if NONE.contains(&id) {
-            return Err(Error::Usage(format!("--{long}: a plan is of the whole batch, and its tasks say how far they are")));
+            return Err(Error::Usage(format!(
+                "--{long}: a plan is of the whole batch, and its tasks say how far they are"
+            )));
         }
         if matches!(arg.get_action(), ArgAction::SetTrue) {
             words.push(format!("--{long}"));
