@@ -17,7 +17,7 @@ const LIST_INDEX: u32 = 4u;
 fn list_clusters(bounds: TileBounds, tolerance: f32) {
     let tile = receiver_of_tile(bounds);
     let middle = at_middle(tile);
-    var budget = Budget(0.0, 1.0);
+    var budget = Budget(0.0, SHARE);
     var count = 0u;
     var visited = 0u;
     // Where each lobe goes on.
@@ -65,6 +65,6 @@ fn list_clusters(bounds: TileBounds, tolerance: f32) {
         // No room: each point walks for itself.
         cluster_list[0] = 3u << LIST_OPEN;
         clusters_listed = 1u;
-        tile_budget = Budget(0.0, 1.0);
+        tile_budget = Budget(0.0, SHARE);
     }
 }

@@ -8,9 +8,6 @@
 // Whether any light may be cut by the horizon of a surface or of a lobe.
 override HORIZONS: bool = true;
 
-// An end of a line that has none.
-const UNBOUNDED: f32 = 3e38;
-
 const SIDE_ABOVE: u32 = 0u;
 const SIDE_CUT: u32 = 1u;
 const SIDE_BELOW: u32 = 2u;
@@ -54,9 +51,8 @@ struct Horizon {
     distance: f32,
     // z of the unit normal of the plane of origin and line: 1 or -1 for z = 0 itself.
     slope: f32,
-    // The part of the line inside the other plane's half-space.
-    low: f32,
-    high: f32,
+    // What a crossing adds that is below the other plane: that of the corner, where the lines of both planes meet.
+    corner: f32,
 }
 
 // What clips a light at one shading point: no plane, the first, or both; or the light is wholly below one.
@@ -83,20 +79,6 @@ fn horizon_plane(map: CosineMap, axis: vec3f, height: Height) -> Horizon {
     let length = length(across);
     plane.distance = select(0.0, abs(map.depth) / length, length > 0.0);
     plane.slope = normalize_or_zero(cross(plane.along, across * -sign(map.depth))).z;
-    plane.low = -UNBOUNDED;
-    plane.high = UNBOUNDED;
-    return plane;
-}
-
-// Ends the line at `corner`; it goes on upwards from there, or downwards.
-fn ending_at(plane_any: Horizon, corner: vec3f, upwards: bool) -> Horizon {
-    var plane = plane_any;
-    let place = dot(corner, plane.along);
-    if upwards {
-        plane.low = place;
-    } else {
-        plane.high = place;
-    }
     return plane;
 }
 
@@ -135,8 +117,9 @@ fn clip_light(map: CosineMap, axis_any: vec3f, center: vec2f, half: vec2f) -> Cl
             let rate_any = dot(map.normal, ridge);
             let rate = select(rate_any, select(1e-30, -1e-30, rate_any < 0.0), abs(rate_any) <= 1e-30);
             let corner = ridge * clamp(-map.depth / rate, -1e30, 1e30);
-            clip.first = ending_at(clip.first, corner, rate > 0.0);
-            clip.second = ending_at(plane, corner, rate < 0.0);
+            clip.second = plane;
+            clip.first.corner = plane_crossing(clip.first, corner);
+            clip.second.corner = plane_crossing(plane, corner);
         }
         clip.planes += 1u;
     }
@@ -158,60 +141,70 @@ fn angle_on_line(place: f32, distance: f32) -> f32 {
 // What a crossing at the image point p adds (times 2 pi) where the contour comes up; where it goes down, it
 // takes that away.
 fn plane_crossing(plane: Horizon, p: vec3f) -> f32 {
-    let place = min(max(dot(p, plane.along), plane.low), plane.high);
-    return plane.slope * angle_on_line(place, plane.distance);
+    return plane.slope * angle_on_line(dot(p, plane.along), plane.distance);
 }
 
-// What a crossing below the other horizon adds where the contour comes up: the line ends at the corner.
-fn plane_far_crossing(plane: Horizon) -> f32 {
-    let corner = select(plane.high, plane.low, plane.low > -UNBOUNDED);
-    return plane.slope * angle_on_line(corner, plane.distance);
+// Where an edge meets a horizon: whether it starts and ends above, and its parameter where it crosses, without meaning
+// where it doesn't.
+struct Meeting {
+    start: bool,
+    end: bool,
+    at: f32,
 }
 
-// The part of an edge above some planes, as a range of its parameter, and what its crossings close with.
-struct Cut {
-    start: f32,
-    end: f32,
-    closing: f32,
-}
-
-fn cut_at(map: CosineMap, plane: Horizon, cut_any: Cut, a: vec2f, b: vec2f) -> Cut {
-    var cut = cut_any;
+fn meeting(plane: Horizon, a: vec2f, b: vec2f) -> Meeting {
     let ha = height_at(plane.height, a);
     let hb = height_at(plane.height, b);
-    if ha > 0.0 && hb > 0.0 {
-        return cut;
+    return Meeting(ha > 0.0, hb > 0.0, ha / (ha - hb));
+}
+
+// Whether the edge is above where it crosses the other horizon, which it crosses before this one or after.
+fn is_above(meeting: Meeting, before: bool) -> bool {
+    return (meeting.start && meeting.end) || (meeting.start && before) || (meeting.end && !before);
+}
+
+// Where the part above begins and where it ends; it is empty where that is before.
+fn part_above(meeting: Meeting) -> vec2f {
+    if meeting.start {
+        return vec2f(0.0, select(meeting.at, 1.0, meeting.end));
     }
-    if !(ha > 0.0) && !(hb > 0.0) {
-        cut.end = 0.0;
-        return cut;
+    return select(vec2f(), vec2f(meeting.at, 1.0), meeting.end);
+}
+
+// What an edge's crossing of a horizon adds; `inside` says whether it is above the other horizon. That is asked of the edge, not of
+// the place on the line: where the planes nearly coincide the two would differ by rounding, and the edge's own part must agree.
+fn closing(map: CosineMap, plane: Horizon, meeting: Meeting, inside: bool, a: vec2f, b: vec2f) -> f32 {
+    if meeting.start == meeting.end {
+        return 0.0;
     }
-    let t = ha / (ha - hb);
-    let closing = plane_crossing(plane, map_point(map, a + (b - a) * t));
-    if ha > 0.0 {
-        cut.closing -= closing;
-        cut.end = min(cut.end, t);
-    } else {
-        cut.closing += closing;
-        cut.start = max(cut.start, t);
+    var up = plane.corner;
+    if inside {
+        up = plane_crossing(plane, map_point(map, a + (b - a) * meeting.at));
     }
-    return cut;
+    return select(-up, up, meeting.end);
 }
 
 // 2 pi times the integral along the part of the edge from a to b (relative to the map's foot) that is above all planes, with
 // what its crossings add. Unless it `may_cross` it is known to be above them.
 fn cut_edge(map: CosineMap, clip: Clip, may_cross: bool, a: vec2f, b: vec2f) -> f32 {
-    var cut = Cut(0.0, 1.0, 0.0);
-    if may_cross {
-        cut = cut_at(map, clip.first, cut, a, b);
-        if clip.planes == 2u {
-            cut = cut_at(map, clip.second, cut, a, b);
-        }
-        if !(cut.start < cut.end) {
-            return cut.closing;
-        }
+    if !may_cross {
+        return edge_integral(map, a, b);
     }
-    let start = select(a + (b - a) * cut.start, a, cut.start == 0.0);
-    let end = select(a + (b - a) * cut.end, b, cut.end == 1.0);
-    return cut.closing + edge_integral(map, start, end);
+    let first = meeting(clip.first, a, b);
+    var second = Meeting(true, true, 0.0);
+    var sum = 0.0;
+    if clip.planes == 2u {
+        second = meeting(clip.second, a, b);
+        sum = closing(map, clip.second, second, is_above(first, first.at > second.at), a, b);
+    }
+    // Of two crossings at one place, in one direction, this one is inside and that one is not.
+    sum += closing(map, clip.first, first, is_above(second, !(first.at > second.at)), a, b);
+    let of_first = part_above(first);
+    let of_second = part_above(second);
+    let start = max(of_first.x, of_second.x);
+    let end = min(of_first.y, of_second.y);
+    if start < end {
+        sum += edge_integral(map, a + (b - a) * start, select(a + (b - a) * end, b, end >= 1.0));
+    }
+    return sum;
 }

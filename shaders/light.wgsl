@@ -40,7 +40,7 @@ fn light_pixels(
     }
     var sums = Sums();
     // One budget for all lights and lobes: it is the picture that is within the tolerance.
-    var budget = Budget(0.0, 1.0);
+    var budget = Budget(0.0, SHARE);
     let tolerance = frame.tolerance * (1.0 - skipped.spent * SKIP_SHARE);
     if CLUSTERS {
         if local == 0u {

@@ -18,7 +18,7 @@ fn budget_accept(budget: ptr<function, Budget>, bound: f32, tolerance: f32) -> b
     if bound <= tolerance * (*budget).share {
         (*budget).spent += bound / tolerance;
         let left = SLACK / (SLACK + (*budget).spent);
-        (*budget).share = left * left;
+        (*budget).share = left * left * SHARE;
         return true;
     }
     return false;

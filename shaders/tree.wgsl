@@ -120,9 +120,9 @@ fn far_crossing(clip: Clip, place: u32, a: vec2f, b: vec2f) -> f32 {
         return 0.0;
     }
     if place == PLACE_BELOW {
-        return plane_far_crossing(clip.second) * far_sign(clip.second.height, a, b);
+        return clip.second.corner * far_sign(clip.second.height, a, b);
     }
-    return plane_far_crossing(clip.first) * far_sign(clip.first.height, a, b);
+    return clip.first.corner * far_sign(clip.first.height, a, b);
 }
 
 // 1 where the edge comes up, -1 where it goes down.

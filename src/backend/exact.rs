@@ -16,8 +16,10 @@ const QUADRATURE_TOLERANCE: f64 = 1e-13;
 /// The same, for a first look.
 const ROUGH_TOLERANCE: f64 = 1e-9;
 const ROUGH_DEPTH: u32 = 38;
-/// Halvings of the parameter interval: 2⁻⁵⁰ is the spacing of t.
-const QUADRATURE_DEPTH: u32 = 50;
+/// Halvings of a curve: double-double tells points apart that are 2⁻¹⁰⁰ of it from each other.
+const QUADRATURE_DEPTH: u32 = 100;
+/// A piece is looked at whole from this many of its half-lengths away. Nearer, nodes may miss the peak where it passes the origin.
+const WHOLE_FROM: f64 = 1.5;
 
 /// A light's plane in cosine space: p(x, y) = c\[0\]·x + c\[1\]·y + c\[2\], light space in, and the clipping planes.
 #[derive(Clone, Copy, Debug)]
@@ -34,13 +36,14 @@ pub struct ExactMap {
 /// Contours count by their winding number. Error below 1e-10 for shapes whose contours do not pass through the
 /// shading point.
 pub fn exact_integral(map: &ExactMap, shape: &Shape) -> f64 {
-    integral::<TwoFloat>(map, shape, Effort { tolerance: QUADRATURE_TOLERANCE, depth: QUADRATURE_DEPTH })
+    let effort = Effort { tolerance: QUADRATURE_TOLERANCE, depth: QUADRATURE_DEPTH, whole_from: WHOLE_FROM };
+    integral::<TwoFloat>(map, shape, effort)
 }
 
 /// As [`exact_integral`], for a first look: positions in plain f64, each quadrature to 1e-9, some hundred times faster. Where the
 /// contour passes within 1e-9 of the shading point it may miss the peak and be wrong altogether.
 pub fn rough_integral(map: &ExactMap, shape: &Shape) -> f64 {
-    integral::<f64>(map, shape, Effort { tolerance: ROUGH_TOLERANCE, depth: ROUGH_DEPTH })
+    integral::<f64>(map, shape, Effort { tolerance: ROUGH_TOLERANCE, depth: ROUGH_DEPTH, whole_from: 0.0 })
 }
 
 /// What an adaptive quadrature may spend.
@@ -50,10 +53,12 @@ struct Effort {
     tolerance: f64,
     /// Halvings.
     depth: u32,
+    /// Half-lengths of a piece from the origin from where it need not be halved.
+    whole_from: f64,
 }
 
 /// What positions along a curve are evaluated in.
-trait Real: Copy + Add<Output = Self> + Mul<f64, Output = Self> + From<TwoFloat> + Into<f64> {}
+trait Real: Copy + Add<Output = Self> + Mul<Output = Self> + Mul<f64, Output = Self> + From<TwoFloat> + Into<f64> {}
 
 impl Real for f64 {}
 impl Real for TwoFloat {}
@@ -65,12 +70,11 @@ fn integral<R: Real>(map: &ExactMap, shape: &Shape, effort: Effort) -> f64 {
     // A true horizon that is z = 0 itself must not be closed twice.
     let apart = |n: &DVec3| n.x.hypot(n.y) > 1e-13 * n.z.abs();
     let normals: Vec<DVec3> = [Some(DVec3::Z), map.horizon.filter(apart)].into_iter().flatten().collect();
-    let heights: Vec<_> = normals.iter().map(|n| map.c.map(|c| c.dot(*n))).collect();
-    let mut crossings: Vec<Vec<Crossing>> = vec![Vec::new(); heights.len()];
+    let mut crossings: Vec<Vec<Crossing>> = vec![Vec::new(); normals.len()];
     let mut sum = 0.0;
     for contour in shape.contours() {
         for curve in contour.curves() {
-            sum += curve_above::<R>(map, curve, &heights, &mut crossings, effort);
+            sum += curve_above::<R>(map.c, curve, &normals, &mut crossings, effort);
         }
     }
     for (i, list) in crossings.iter_mut().enumerate() {
@@ -101,9 +105,9 @@ struct Crossing {
 struct Cubic<R>([R; 4]);
 
 impl<R: Real> Cubic<R> {
-    /// The polynomial a·x(t) + b·y(t) + c over a curve. Coefficients are formed in double-double.
-    fn new(curve: &CubicBez, [a, b, c]: [f64; 3]) -> Self {
-        let v = curve.points().map(|p| at(p, [a, b, c]));
+    /// The polynomial of a linear function of points over a curve. Coefficients are formed in double-double.
+    fn new(curve: &CubicBez, of: impl Fn(DVec2) -> TwoFloat) -> Self {
+        let v = curve.points().map(of);
         let (d0, d1, d2) = (v[1] - v[0], v[2] - v[1], v[3] - v[2]);
         let (e0, e1) = (d1 - d0, d2 - d1);
         Self([v[0], d0 * 3.0, e0 * 3.0, e1 - e0].map(R::from))
@@ -116,7 +120,21 @@ impl<R: Real> Cubic<R> {
 
     fn derivative(&self, t: f64) -> f64 {
         let [_, c1, c2, c3] = self.0;
-        ((c3 * (3.0 * t) + c2 * 2.0) * t + c1).into()
+        ((c3 * (3.0 * t) + c2 * 2.0_f64) * t + c1).into()
+    }
+
+    /// The part from `start`, `width` long, as a polynomial on \[0, 1\].
+    fn part(&self, start: R, width: R) -> Self {
+        let [c0, c1, c2, c3] = self.0;
+        let (slope, bend) = ((c3 * start * 3.0_f64 + c2 * 2.0_f64) * start + c1, c3 * start * 3.0_f64 + c2);
+        let value = ((c3 * start + c2) * start + c1) * start + c0;
+        Self([value, slope * width, bend * width * width, c3 * width * width * width])
+    }
+
+    /// How far values on \[0, 1\] may be from that at 1/2.
+    fn spread(&self) -> f64 {
+        let [_, _, c2, c3] = self.0.map(Into::<f64>::into);
+        0.5 * self.derivative(0.5).abs() + 0.25 * (c2 + 1.5 * c3).abs() + 0.125 * c3.abs()
     }
 
     /// Where the derivative vanishes inside (0, 1), in order.
@@ -143,6 +161,12 @@ fn at(p: DVec2, [a, b, c]: [f64; 3]) -> TwoFloat {
     TwoFloat::new_mul(a, p.x) + TwoFloat::new_mul(b, p.y) + c
 }
 
+/// The height of a point over the plane with a normal, double-double: where planes nearly coincide and pass near the point, their
+/// heights would round together.
+fn height_at(p: DVec2, c: [DVec3; 3], normal: DVec3) -> TwoFloat {
+    at(p, c.map(|v| v.x)) * normal.x + at(p, c.map(|v| v.y)) * normal.y + at(p, c.map(|v| v.z)) * normal.z
+}
+
 /// The polynomials of a curve in cosine space.
 struct Path<R> {
     x: Cubic<R>,
@@ -153,10 +177,21 @@ struct Path<R> {
 impl<R: Real> Path<R> {
     fn new(c: [DVec3; 3], curve: &CubicBez) -> Self {
         Self {
-            x: Cubic::new(curve, c.map(|v| v.x)),
-            y: Cubic::new(curve, c.map(|v| v.y)),
-            z: Cubic::new(curve, c.map(|v| v.z)),
+            x: Cubic::new(curve, |p| at(p, c.map(|v| v.x))),
+            y: Cubic::new(curve, |p| at(p, c.map(|v| v.y))),
+            z: Cubic::new(curve, |p| at(p, c.map(|v| v.z))),
         }
+    }
+
+    fn part(&self, start: R, width: R) -> Self {
+        let part = |c: &Cubic<R>| c.part(start, width);
+        Self { x: part(&self.x), y: part(&self.y), z: part(&self.z) }
+    }
+
+    /// Whether no point comes nearer to the origin than `from` half-lengths less one.
+    fn is_away(&self, from: f64) -> bool {
+        let spread = DVec3::new(self.x.spread(), self.y.spread(), self.z.spread());
+        self.point(0.5).length_squared() >= from * from * spread.length_squared()
     }
 
     fn point(&self, t: f64) -> DVec3 {
@@ -177,21 +212,22 @@ impl<R: Real> Path<R> {
 
 /// Integrates a curve's parts above all horizons and notes its crossings.
 fn curve_above<R: Real>(
-    map: &ExactMap,
+    c: [DVec3; 3],
     curve: &CubicBez,
-    heights: &[[f64; 3]],
+    normals: &[DVec3],
     crossings: &mut [Vec<Crossing>],
     effort: Effort,
 ) -> f64 {
-    let path = Path::<R>::new(map.c, curve);
-    // (t, remainder of t below its spacing, horizon), and which horizons the start is above.
-    let mut cuts: Vec<(f64, f64, usize)> = Vec::new();
+    let path = Path::<R>::new(c, curve);
+    // t and the horizon, and which horizons the start is above.
+    let mut cuts: Vec<(TwoFloat, usize)> = Vec::new();
     let mut above: Vec<bool> = Vec::new();
-    for (i, &h) in heights.iter().enumerate() {
-        let height = Cubic::<TwoFloat>::new(curve, h);
+    for (i, &normal) in normals.iter().enumerate() {
+        let height_of = |p| height_at(p, c, normal);
+        let height = Cubic::<TwoFloat>::new(curve, height_of);
         // Shared end points are judged from the point alone, the same for both curves that meet there.
-        let start = f64::from(at(curve.p0, h)) > 0.0;
-        let end = f64::from(at(curve.p3, h)) > 0.0;
+        let start = f64::from(height_of(curve.p0)) > 0.0;
+        let end = f64::from(height_of(curve.p3)) > 0.0;
         above.push(start);
         let mut stops = height.extrema();
         stops.push(1.0);
@@ -202,22 +238,22 @@ fn curve_above<R: Real>(
                 let (t, rest) = root(&height, t0, t1, sign0);
                 let point = path.point(t) + path.tangent(t) * rest;
                 crossings[i].push(Crossing { point, direction: if sign1 { 1.0 } else { -1.0 } });
-                cuts.push((t, rest, i));
+                cuts.push((TwoFloat::new_add(t, rest), i));
             }
             (t0, sign0) = (t1, sign1);
         }
     }
-    cuts.sort_by(|a, b| (a.0, a.1).partial_cmp(&(b.0, b.1)).unwrap_or(core::cmp::Ordering::Equal));
+    cuts.sort_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(core::cmp::Ordering::Equal));
     let mut sum = 0.0;
-    let mut from = (0.0, 0.0);
-    for (t, rest, i) in cuts.into_iter().chain([(1.0, 0.0, usize::MAX)]) {
-        if above.iter().all(|&a| a) && t > from.0 {
-            sum += quadrature(&path, from.0, t, effort) + rest * path.integrand(t) - from.1 * path.integrand(from.0);
+    let mut from = TwoFloat::from(0.0);
+    for (t, i) in cuts.into_iter().chain([(TwoFloat::from(1.0), usize::MAX)]) {
+        if above.iter().all(|&a| a) && t > from {
+            sum += quadrature(path.part(from.into(), (t - from).into()), effort);
         }
         if i < above.len() {
             above[i] = !above[i];
         }
-        from = (t, rest);
+        from = t;
     }
     sum
 }
@@ -236,25 +272,28 @@ fn root(height: &Cubic<TwoFloat>, t0: f64, t1: f64, sign0: bool) -> (f64, f64) {
     (lo, if rest.is_finite() { rest.clamp(0.0, hi - lo) } else { 0.0 })
 }
 
-/// Adaptive Gauss–Kronrod (7, 15) of the integrand over \[t0, t1\].
-fn quadrature<R: Real>(path: &Path<R>, t0: f64, t1: f64, effort: Effort) -> f64 {
+/// Adaptive Gauss–Kronrod (7, 15) of the integrand over a path. Pieces have parameters of their own, which resolve what is
+/// smaller than the spacing of the path's.
+fn quadrature<R: Real>(path: Path<R>, effort: Effort) -> f64 {
+    let half = |start: f64| [start, 0.5].map(|v| R::from(TwoFloat::from(v)));
+    let [first, second] = [half(0.0), half(0.5)];
     let mut sum = 0.0;
-    let mut stack = vec![(t0, t1, 0_u32)];
-    while let Some((a, b, depth)) = stack.pop() {
-        let (value, error) = kronrod(path, a, b);
-        let middle = 0.5 * (a + b);
-        if error <= effort.tolerance || depth == effort.depth || middle <= a || middle >= b {
+    let mut stack = vec![(path, 0_u32)];
+    while let Some((piece, depth)) = stack.pop() {
+        let (value, error) = kronrod(&piece);
+        if depth == effort.depth || (error <= effort.tolerance && piece.is_away(effort.whole_from)) {
             sum += value;
         } else {
-            stack.push((middle, b, depth + 1));
-            stack.push((a, middle, depth + 1));
+            for [start, width] in [second, first] {
+                stack.push((piece.part(start, width), depth + 1));
+            }
         }
     }
     sum
 }
 
-/// The 15-point Kronrod value and its difference from the 7-point Gauss value (QUADPACK qk15).
-fn kronrod<R: Real>(path: &Path<R>, a: f64, b: f64) -> (f64, f64) {
+/// The 15-point Kronrod value over \[0, 1\] and its difference from the 7-point Gauss value (QUADPACK qk15).
+fn kronrod<R: Real>(path: &Path<R>) -> (f64, f64) {
     const NODES: [f64; 8] = [
         0.991_455_371_120_812_6,
         0.949_107_912_342_758_5,
@@ -277,20 +316,16 @@ fn kronrod<R: Real>(path: &Path<R>, a: f64, b: f64) -> (f64, f64) {
     ];
     const GAUSS: [f64; 4] =
         [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_9, 0.417_959_183_673_469_4];
-    let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
     let (mut fine, mut coarse) = (0.0, 0.0);
     for (i, &x) in NODES.iter().enumerate() {
-        let f = if x == 0.0 {
-            path.integrand(middle)
-        } else {
-            path.integrand(middle - half * x) + path.integrand(middle + half * x)
-        };
+        let f =
+            if x == 0.0 { path.integrand(0.5) } else { path.integrand(0.5 - 0.5 * x) + path.integrand(0.5 + 0.5 * x) };
         fine += KRONROD[i] * f;
         if i % 2 == 1 {
             coarse += GAUSS[i / 2] * f;
         }
     }
-    (fine * half, ((fine - coarse) * half).abs())
+    (0.5 * fine, (0.5 * (fine - coarse)).abs())
 }
 
 /// Closes the contour along a horizon: its crossings in order along the line, each interval with the winding that

@@ -109,7 +109,7 @@ impl Images {
         let gathered = match &emitter.geometry {
             Geometry::Tree(tree) => self.by_tree(emitter, tree, lobe, tolerance, budget)?,
             Geometry::Quad(quad) => self.by_quad(c(), emitter, quad)?,
-            Geometry::Mosaic(mosaic) => self.by_mosaic(mosaic, emitter.square, lobe, tolerance, budget)?,
+            Geometry::Mosaic(mosaic) => self.by_mosaic(mosaic, emitter, lobe, tolerance, budget)?,
             Geometry::Shape => self.exactly(c(), emitter, lobe),
             Geometry::Polygons(polygons, basis) => self.by_polygons(c(), emitter, polygons, *basis, lobe)?,
             Geometry::Solid(solid) => self.by_representative(c(), emitter, solid, lobe),
@@ -183,6 +183,7 @@ impl Images {
     ) -> Result<Gathered, Skip> {
         let root = &tree.nodes[0];
         let (map, clip) = self.clipped(emitter.square, lobe, [root.center, root.half])?;
+        let seen = self.from_side(emitter, map.depth)?;
         let integral = if map.is_close() {
             let view = self.wide(emitter.square, lobe, [root.center, root.half]);
             if view.clipped.below {
@@ -192,7 +193,17 @@ impl Images {
         } else {
             tree_integral(&map, &clip, tree.view(), tolerance, budget)
         };
-        Ok(self.lit(integral.value, integral.visited).painted(emitter, &map))
+        Ok(seen.lit(integral.value, integral.visited).painted(emitter, &map))
+    }
+
+    /// The same from the side that the map is on, whose sign is exact: the images have been rounded since the side was asked first.
+    fn from_side(&self, emitter: &Emitter, depth: f32) -> Result<Self, Skip> {
+        let back = depth < 0.0;
+        match () {
+            () if back == self.back || emitter.facing == Facing::Whole => Ok(*self),
+            () if emitter.two_sided => Ok(Self { back, ..*self }),
+            () => Err(Skip::Behind),
+        }
     }
 
     /// Clipped at z = 0 of cosine space only, as published.
@@ -218,15 +229,16 @@ impl Images {
     fn by_mosaic(
         &self,
         mosaic: &Mosaic,
-        square: Square,
+        emitter: &Emitter,
         lobe: Option<&Lobe>,
         tolerance: f32,
         budget: &mut Budget,
     ) -> Result<Gathered, Skip> {
         let root = &mosaic.tiles[0];
-        let (map, clip) = self.clipped(square, lobe, [root.center, root.half])?;
+        let (map, clip) = self.clipped(emitter.square, lobe, [root.center, root.half])?;
+        let back = self.from_side(emitter, map.depth)?.back;
         let integral = mosaic_integral(&map, &clip, mosaic.view(), tolerance, budget);
-        let value = if self.back { -integral.value } else { integral.value };
+        let value = if back { -integral.value } else { integral.value };
         Ok(Gathered { value: value.max(Vec3::ZERO).as_dvec3(), visited: integral.visited })
     }
 

@@ -7,7 +7,7 @@ use crate::brdf::ltc::{InverseMatrix, Lobe};
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::lanes::{Lanes, Mask, Real, Triple, Vector};
 use crate::kernel::packet::{DoublePacket, MAX_LANES, Packet, PacketMask, Processor, Simd, Task};
-use crate::kernel::tree::{Budget, tree_integrals};
+use crate::kernel::tree::{Budget, SHARE, tree_integrals};
 use crate::light::simple::Facing;
 use crate::light::tree::Tree;
 use glam::DVec3;
@@ -81,7 +81,7 @@ impl Default for PointPacket {
             m_inv: [[0.0; MAX_LANES]; 5],
             row_z: [[0.0; MAX_LANES]; 3],
             spent: [0.0; MAX_LANES],
-            share: [1.0; MAX_LANES],
+            share: [SHARE; MAX_LANES],
         }
     }
 }
@@ -189,10 +189,14 @@ impl Task for Asking<'_> {
         let root = &tree.nodes[0];
         let bounds = [root.center, root.half];
         let view = View::new::<DoublePacket<S>>(images, emitter.square, lobe, bounds, may_be_cut);
+        // The side that the map is on, whose sign is exact: the images have been rounded since the side was asked first.
+        let back = (-view.map.depth).is_positive();
+        let turned = asking & back & like.mask(!emitter.two_sided);
+        answer.behind |= (turned | (asking & !view.is_map)).bits();
+        let asking = asking & !turned;
         let seen = asking & view.is_map & !view.clipped.below;
         let close = view.map.is_close();
         let far = seen & !close;
-        answer.behind |= (asking & !view.is_map).bits();
         answer.below = (asking & view.is_map & view.clipped.below).bits();
         answer.alone = (seen & close).bits();
         answer.integrated = far.bits();

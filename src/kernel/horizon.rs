@@ -10,9 +10,6 @@ use super::lanes::{Lanes, Mask, Real, Vector};
 use super::map::{CosineMap, PlanePoint};
 use glam::Vec2;
 
-/// Rounding of a height in f32, relative to the sum of its terms: 16 half-steps.
-pub const MARGIN: f32 = 2e-6;
-
 /// The height over a plane through the origin of cosine space, as a function of the light's plane.
 #[derive(Clone, Copy, Debug)]
 pub struct Height<L: Lanes = f32> {
@@ -36,7 +33,7 @@ impl<L: Lanes> Height<L> {
     #[inline(always)]
     pub fn new(map: &CosineMap<L>, form: L::Vec3) -> Self {
         let reach = form.x().abs() * (map.foot.x().abs() + 1.0) + form.y().abs() * (map.foot.y().abs() + 1.0);
-        Self { form, margin: (reach + form.z().abs()) * MARGIN }
+        Self { form, margin: (reach + form.z().abs()) * L::MARGIN }
     }
 
     /// The height over z = 0.
@@ -170,8 +167,8 @@ pub struct Horizon<L: Lanes = f32> {
     distance: L,
     /// z of the unit normal of the plane of origin and line: ±1 for z = 0 itself.
     slope: L,
-    /// The part of the line inside the other plane's half-space.
-    range: [L; 2],
+    /// What a crossing adds that is below the other plane: that of the corner, where the lines of both planes meet.
+    corner: L,
 }
 
 impl<L: Lanes> Horizon<L> {
@@ -184,7 +181,7 @@ impl<L: Lanes> Horizon<L> {
             along: Vector::of(zero, zero, zero),
             distance: one,
             slope: zero,
-            range: [like.splat(f32::NEG_INFINITY), like.splat(f32::INFINITY)],
+            corner: zero,
         }
     }
 
@@ -210,7 +207,7 @@ impl<L: Lanes> Horizon<L> {
             along,
             distance,
             slope,
-            range: none.range,
+            corner: none.corner,
         }
     }
 
@@ -224,11 +221,8 @@ impl<L: Lanes> Horizon<L> {
         let rate = map.normal.dot(ridge);
         let rate = rate.abs().max(rate.splat(1e-30)).copysign(rate);
         let corner = ridge * (-map.depth / rate).between(-1e30, 1e30);
-        let upwards = rate.is_positive();
-        for (plane, upwards) in planes.iter_mut().zip([upwards, !upwards]) {
-            let end = corner.dot(plane.along);
-            plane.range[0] = L::select(both & upwards, end, plane.range[0]);
-            plane.range[1] = L::select(both & !upwards, end, plane.range[1]);
+        for plane in planes {
+            plane.corner = L::select(both, plane.crossing(corner), plane.corner);
         }
     }
 
@@ -236,8 +230,7 @@ impl<L: Lanes> Horizon<L> {
     /// it takes that away.
     #[inline(always)]
     pub fn crossing(&self, p: L::Vec3) -> L {
-        let place = p.dot(self.along).max(self.range[0]).min(self.range[1]);
-        self.slope * angle_on_line(place, self.distance)
+        self.slope * angle_on_line(p.dot(self.along), self.distance)
     }
 
     /// What an edge below the other horizon adds: where it crosses this one it does so beyond the corner of the two lines,
@@ -245,14 +238,7 @@ impl<L: Lanes> Horizon<L> {
     #[inline(always)]
     pub fn far_crossing<P: PlanePoint<Lanes = L>>(&self, a: P, b: P) -> L {
         let (start, end) = (self.height.is_above(a), self.height.is_above(b));
-        let none = self.slope.splat(0.0);
-        if !(start ^ end).any() {
-            return none;
-        }
-        let ends_low = self.range[0].above(none.splat(f32::NEG_INFINITY));
-        let corner = L::select(ends_low, self.range[0], self.range[1]);
-        let up = self.slope * angle_on_line(corner, self.distance);
-        L::select(start ^ end, L::select(end, up, -up), none)
+        L::select(start ^ end, L::select(end, self.corner, -self.corner), self.slope.splat(0.0))
     }
 }
 
@@ -265,31 +251,96 @@ fn angle_on_line<L: Lanes>(place: L, distance: L) -> L {
     L::select(largest.is_positive(), p * inv * angle_over_sine(d * inv), largest.splat(0.0))
 }
 
+/// Where an edge meets a horizon.
+#[derive(Clone, Copy)]
+struct Meeting<P: PlanePoint> {
+    /// Whether it starts above.
+    start: <P::Lanes as Real>::Mask,
+    /// Whether it ends above.
+    end: <P::Lanes as Real>::Mask,
+    /// Its parameter where it crosses; without meaning where it doesn't.
+    at: P::Scalar,
+}
+
+impl<P: PlanePoint> Meeting<P> {
+    #[inline(always)]
+    fn new(horizon: &Horizon<P::Lanes>, a: P, b: P) -> Self {
+        let (ha, hb) = (horizon.height.at(a), horizon.height.at(b));
+        Self { start: ha.is_positive(), end: hb.is_positive(), at: ha / (ha - hb) }
+    }
+
+    /// Of an edge above.
+    #[inline(always)]
+    fn none(like: P) -> Self {
+        let above = like.x().splat(1.0).is_positive();
+        Self { start: above, end: above, at: like.x() }
+    }
+
+    /// Whether the edge is above where it crosses the other horizon, which it crosses before this one or after.
+    #[inline(always)]
+    fn is_above(&self, before: <P::Lanes as Real>::Mask) -> <P::Lanes as Real>::Mask {
+        (self.start & self.end) | (self.start & before) | (self.end & !before)
+    }
+
+    /// Where the part above begins and where it ends; it is empty where that is before.
+    #[inline(always)]
+    fn part(&self) -> [P::Scalar; 2] {
+        let (zero, one) = (self.at.splat(0.0), self.at.splat(1.0));
+        let to = P::Scalar::select(
+            self.start,
+            P::Scalar::select(self.end, one, self.at),
+            P::Scalar::select(self.end, one, zero),
+        );
+        [P::Scalar::select(self.end & !self.start, self.at, zero), to]
+    }
+}
+
+/// What an edge's crossing of a horizon adds; `inside` says whether it is above the other horizon. That is asked of the edge, not
+/// of the place on the line: where the planes nearly coincide the two would differ by rounding, and the edge's own part must agree.
+#[inline(always)]
+fn closing<P: PlanePoint>(
+    map: &CosineMap<P::Lanes>,
+    horizon: &Horizon<P::Lanes>,
+    meeting: &Meeting<P>,
+    inside: <P::Lanes as Real>::Mask,
+    [a, b]: [P; 2],
+) -> P::Lanes {
+    let nothing = map.depth.splat(0.0);
+    let crosses = meeting.start ^ meeting.end;
+    if !crosses.any() {
+        return nothing;
+    }
+    let up = horizon.crossing(map.point((a + (b - a) * meeting.at).round()));
+    let up = P::Lanes::select(inside, up, horizon.corner);
+    P::Lanes::select(crosses, P::Lanes::select(meeting.end, up, -up), nothing)
+}
+
 /// 2π times the integral along the part of the edge from `a` to `b` (relative to the map's foot) that is above all horizons,
 /// with what its crossings add.
 #[inline(always)]
 pub fn cut_edge<P: PlanePoint>(map: &CosineMap<P::Lanes>, horizons: &[Horizon<P::Lanes>], a: P, b: P) -> P::Lanes {
-    let (zero, one) = (a.x().splat(0.0), a.x().splat(1.0));
-    let nothing = map.depth.splat(0.0);
-    let mut sum = nothing;
-    let (mut from, mut to) = (zero, one);
-    for h in horizons {
-        let (ha, hb) = (h.height.at(a), h.height.at(b));
-        let (start, end) = (ha.is_positive(), hb.is_positive());
-        if (start ^ end).any() {
-            let t = ha / (ha - hb);
-            let up = h.crossing(map.point((a + (b - a) * t).round()));
-            sum = sum + P::Lanes::select(start ^ end, P::Lanes::select(end, up, -up), nothing);
-            to = P::Scalar::select(start & !end & to.above(t), t, to);
-            from = P::Scalar::select(end & !start & t.above(from), t, from);
-        }
-        to = P::Scalar::select(start | end, to, zero);
+    let (mut first, mut second) = (Meeting::none(a), Meeting::none(a));
+    let mut sum = map.depth.splat(0.0);
+    if let [h, ..] = horizons {
+        first = Meeting::new(h, a, b);
     }
+    if let [_, h] = horizons {
+        second = Meeting::new(h, a, b);
+        let before = first.at.above(second.at);
+        sum = closing(map, h, &second, first.is_above(before), [a, b]);
+    }
+    if let [h, ..] = horizons {
+        // Of two crossings at one place, in one direction, this one is inside and that one is not.
+        let before = !first.at.above(second.at);
+        sum = sum + closing(map, h, &first, second.is_above(before), [a, b]);
+    }
+    let ([from, to], [second_from, second_to]) = (first.part(), second.part());
+    let (from, to) = (from.max(second_from), to.min(second_to));
     let part = to.above(from);
     if part.any() {
-        let whole = !one.above(to);
+        let whole = !to.splat(1.0).above(to);
         let end = P::select(whole, b, a + (b - a) * to);
-        sum = sum + P::Lanes::select(part, edge_integral(map, a + (b - a) * from, end), nothing);
+        sum = sum + P::Lanes::select(part, edge_integral(map, a + (b - a) * from, end), map.depth.splat(0.0));
     }
     sum
 }

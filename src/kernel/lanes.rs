@@ -67,6 +67,8 @@ pub trait Lanes: Real + Add<f32, Output = Self> + Sub<f32, Output = Self> + Mul<
     type Vec3: Vector<Self>;
     /// Counts and indices.
     type Index: Copy + Debug;
+    /// Rounding of a height over a plane, relative to the sum of its terms: 16 steps of 1, those of a light's coordinates.
+    const MARGIN: f32;
 
     /// Its absolute value with the sign of another.
     fn copysign(self, sign: Self) -> Self;
@@ -295,6 +297,7 @@ impl Lanes for f32 {
     type Vec2 = Vec2;
     type Vec3 = Vec3;
     type Index = u32;
+    const MARGIN: f32 = 2e-6;
 
     #[inline(always)]
     fn copysign(self, sign: Self) -> Self {

@@ -243,6 +243,7 @@ impl<S: Simd> Lanes for Packet<S> {
     type Vec2 = Packet2<S>;
     type Vec3 = Packet3<S>;
     type Index = PacketIndex<S>;
+    const MARGIN: f32 = f32::MARGIN;
 
     #[inline(always)]
     fn copysign(self, sign: Self) -> Self {

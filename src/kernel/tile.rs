@@ -4,7 +4,7 @@
 //! axes. The light is a box as well. So a point of the light relative to a point of the tile, w, lies in a box, and each coordinate
 //! r·w of its image in cosine space lies in an interval. All bounds are taken on the safe side of their rounding.
 
-use super::horizon::MARGIN;
+use super::lanes::Lanes;
 use bytemuck::{Pod, Zeroable};
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -119,7 +119,7 @@ impl Offsets {
             + light.x.abs() * light.half_x
             + light.y.abs() * light.half_y
             + light.z.abs() * light.half_z;
-        let noise = (light.center.abs() + from.abs() + reach) * MARGIN;
+        let noise = (light.center.abs() + from.abs() + reach) * f32::MARGIN;
         let across = light.z.abs().dot(extent + noise);
         let over = -light.z.dot(middle);
         let flat = if light.one_sided == 1 { over } else { over.abs() };

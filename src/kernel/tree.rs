@@ -216,7 +216,7 @@ pub(super) struct Derivatives<L> {
 /// picture that is within the tolerance.
 ///
 /// A bound is several times the error it bounds, and errors of many nodes partly cancel: so a node may spend up to
-/// the whole tolerance, and the more has been spent the less the next node may.
+/// half the tolerance, and the more has been spent the less the next node may.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget<L: Lanes = f32> {
     /// Sum of the accepted bounds, in tolerances.
@@ -225,12 +225,14 @@ pub struct Budget<L: Lanes = f32> {
     pub share: L,
 }
 
-/// Bounds that may add up, in tolerances, before the next node's share is a quarter.
+/// The largest bound that the first node may have, in tolerances.
+pub const SHARE: f32 = 0.5;
+/// Bounds that may add up, in tolerances, before the next node's share is a quarter of the first's.
 pub const SLACK: f32 = 1.0;
 
 impl Default for Budget {
     fn default() -> Self {
-        Self { spent: 0.0, share: 1.0 }
+        Self { spent: 0.0, share: SHARE }
     }
 }
 
@@ -242,7 +244,7 @@ impl<L: Lanes> Budget<L> {
         if accepted.any() {
             self.spent = L::select(accepted, self.spent + bound / tolerance, self.spent);
             let left = bound.splat(SLACK) / (self.spent + SLACK);
-            self.share = left * left;
+            self.share = left * left * SHARE;
         }
         accepted
     }

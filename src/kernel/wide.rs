@@ -108,6 +108,8 @@ impl Lanes for Wide {
     type Vec2 = Wide2;
     type Vec3 = Wide3;
     type Index = u32;
+    // The tree has its coordinates in 48 bits.
+    const MARGIN: f32 = 6e-14;
 
     #[inline(always)]
     fn copysign(self, sign: Self) -> Self {

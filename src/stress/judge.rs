@@ -74,10 +74,10 @@ impl Seen {
     fn map(&self, case: &Case, horizons: Horizons) -> ExactMap {
         let c = self.c.map(|v| self.frame.to_local(v));
         let Some(lobe) = case.lobe(&self.frame) else { return ExactMap { c, horizon: None } };
-        let m_inv = lobe.m_inv.mat3().as_dmat3();
+        let m_inv = lobe.m_inv.widen();
         let axis = lobe.m_row_z.as_dvec3();
         let horizon = (horizons == Horizons::Both && axis.truncate() != DVec2::ZERO).then_some(axis);
-        ExactMap { c: c.map(|v| m_inv * v), horizon }
+        ExactMap { c: c.map(|v| m_inv.apply(v)), horizon }
     }
 
     /// Whether the contour passes through the shading point, where the integral has no value.
@@ -120,7 +120,7 @@ impl Seen {
             // In cosine space, which is stretched, each image is rounded once more.
             let stretched = map.c[2].length() + half * map.c[0].length().max(map.c[1].length());
             map.c[2] += DVec3::new(by(1), by(2), by(0)) * (4.0 * f64::EPSILON * stretched / step);
-            let exact = rough_integral(&map, &case.stage.shape).clamp(0.0, 1.0);
+            let exact = exact_integral(&map, &case.stage.shape).clamp(0.0, 1.0);
             (low, high) = (low.min(exact), high.max(exact));
         }
         value >= low - within && value <= high + within

@@ -4,13 +4,13 @@ use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
 use crate::brdf::ltc::{ALPHA_MIN, Table};
 use crate::kernel::cluster::{HALF, INDEX_MASK, MOST_LISTED, ROUNDING, SINGLE};
 use crate::kernel::curve::NEAREST_IMAGE;
-use crate::kernel::horizon::MARGIN;
+use crate::kernel::lanes::Lanes;
 use crate::kernel::map::FOOT_LIMIT;
 use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
 use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
 use crate::kernel::tile::{BUCKETS, CLUSTERED, SKIP_SHARE};
-use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SLACK};
+use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SHARE, SLACK};
 use crate::kernel::{pal, representative};
 
 /// Rows of the skip counters: workgroups of different rows do not wait for each other.
@@ -118,10 +118,11 @@ fn constants() -> String {
     let floats = [
         ("LTC_ALPHA_MIN", ALPHA_MIN),
         ("SEAM", SEAM),
+        ("SHARE", SHARE),
         ("SLACK", SLACK),
         ("SKIP_SHARE", SKIP_SHARE),
         ("ROUNDING", ROUNDING),
-        ("MARGIN", MARGIN),
+        ("MARGIN", f32::MARGIN),
         ("FOOT_LIMIT", FOOT_LIMIT as f32),
         ("PAL_BIAS", pal::BIAS),
         ("PAL_NEAR", pal::NEAR),
