@@ -21,7 +21,7 @@ use crate::batch::inputs::Item;
 use crate::batch::job::{Failure, Outcome, Seconds};
 use crate::cli::say;
 use crate::error::Error;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde_json::{Value, json};
 use std::io::IsTerminal;
 use std::path::Path;
@@ -74,6 +74,7 @@ impl Progress {
             () if std::io::stderr().is_terminal() => {
                 let bar = ProgressBar::with_draw_target(Some(todo as u64), ProgressDrawTarget::stderr());
                 bar.set_style(style());
+                bar.set_message("0 failed");
                 bar.enable_steady_tick(Duration::from_millis(500));
                 Voice::Bar(bar)
             }
@@ -206,8 +207,12 @@ fn event(report: &Report, item: &Item, finished: usize, todo: usize) -> Value {
 }
 
 fn style() -> ProgressStyle {
-    ProgressStyle::with_template("{wide_bar} {pos} of {len}, {per_sec}, {eta} left, {msg}")
+    ProgressStyle::with_template("{wide_bar} {pos} of {len}, {rate}, {eta} left, {msg}")
         .expect("the template is checked by a test")
+        .with_key("rate", |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+            // To a buffer that takes all there is.
+            let _ = write!(out, "{:.1}/s", state.per_sec());
+        })
 }
 
 #[cfg(test)]
