@@ -1,5 +1,6 @@
 //! Batches: many drawings in one template, by the command as a user runs it.
 
+#[cfg(feature = "gpu")]
 mod fill;
 mod hostile;
 mod icons;

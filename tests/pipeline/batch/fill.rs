@@ -68,7 +68,6 @@ fn a_filled_slot_is_a_light_like_others() {
     }
 }
 
-#[cfg(feature = "gpu")]
 #[test]
 fn a_filled_slot_is_a_light_like_others_on_the_gpu() {
     let Some(backend) = gpu() else { return };
