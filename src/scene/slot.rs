@@ -72,6 +72,9 @@ pub struct Change {
     pub svg_colors: Option<bool>,
 }
 
+/// Brightest linear colour of drawings that are taken for black, as ink on paper: some #191919. Their light would leave the picture dark.
+pub const NEARLY_BLACK: f64 = 0.01;
+
 /// Why a drawing does not fill a slot.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SlotError {
@@ -91,7 +94,7 @@ pub enum SlotError {
 pub struct Filled {
     /// The light.
     pub light: AreaLight,
-    /// The drawing is black, and shines in white since nothing was said of its colours.
+    /// The drawing is black or nearly ([`NEARLY_BLACK`]), and shines in white since nothing was said of its colours.
     pub was_black: bool,
 }
 
@@ -116,13 +119,17 @@ impl Slot {
     /// [`SlotError`].
     pub fn fill(&self, name: &str, art: Art) -> Result<Filled, SlotError> {
         let shines = |own: bool| -> Vec<Layer> { art.layers.iter().map(|l| Layer::of_art(l.clone(), own)).collect() };
-        let is_black = |layers: &[Layer]| layers.iter().all(|l| l.radiance * l.mean_color().truncate() == DVec3::ZERO);
+        let is_black = |layers: &[Layer], most: f64| {
+            // A picture may be dark but for a few stars.
+            let most = |l: &Layer| if l.picture.is_some() { 0.0 } else { most };
+            layers.iter().all(|l| (l.radiance * l.mean_color().truncate()).max_element() <= most(l))
+        };
         let mut layers = shines(self.svg_colors.unwrap_or(true));
-        let was_black = self.svg_colors.is_none() && is_black(&layers);
+        let was_black = self.svg_colors.is_none() && is_black(&layers, NEARLY_BLACK);
         if was_black {
             layers = shines(false);
         }
-        if is_black(&layers) {
+        if is_black(&layers, 0.0) {
             return Err(SlotError::Black);
         }
         let bounds = match self.fit {

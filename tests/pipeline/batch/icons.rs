@@ -1,6 +1,6 @@
 //! Sets as they are published: our own drawings, and icons from the npm registry, fetched when the test runs.
 
-use super::{batch, drawing, end, events};
+use super::{batch, drawing, end, events, square};
 use crate::cli::{Workdir, repository};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -99,4 +99,24 @@ fn a_drawing_that_would_be_dark_is_no_picture() {
     assert_eq!(end(&said)["failed"], 2);
     assert_eq!(batch(&here, &["in/a.svg", "-o", "other"]).0, 1);
     assert!(!here.path("night/pictures/a.png").exists());
+}
+
+/// Found in librsvg's tests (786372): an icon in #010101 left the picture black to the last pixel, and nobody said so.
+#[test]
+fn ink_that_is_nearly_black_is_lit_in_white() {
+    let here = Workdir::new();
+    std::fs::create_dir(here.path("in")).unwrap();
+    for ink in ["010101", "181818", "202020"] {
+        here.write(&format!("in/{ink}.svg"), square(&format!("#{ink}"), 20));
+    }
+    let said = events(&here, &["in", "-o", "night"], 0);
+    let lit: Vec<_> = said.iter().filter_map(|event| event["was_black"].as_bool()).collect();
+    let names: Vec<_> = said.iter().filter_map(|event| event["name"].as_str()).collect();
+    let of = |name: &str| lit[names.iter().position(|n| *n == name).unwrap()];
+    assert!(of("010101") && of("181818") && !of("202020"), "{names:?} {lit:?}");
+    let most = |name: &str| {
+        let picture = image::open(here.path(&format!("night/pictures/{name}.png"))).unwrap().into_rgb8();
+        picture.as_raw().iter().copied().max().unwrap()
+    };
+    assert!(most("010101") > 200 && most("010101") == most("181818") && most("202020") < most("010101"));
 }
