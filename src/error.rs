@@ -46,6 +46,12 @@ pub enum Error {
     /// The sign of a text or SVG cannot be set up.
     #[error(transparent)]
     Preset(#[from] crate::scene::preset::PresetError),
+    /// There is no such template, or its scene is wrong.
+    #[error(transparent)]
+    Template(#[from] crate::scene::templates::TemplateError),
+    /// A batch cannot go on.
+    #[error(transparent)]
+    Batch(#[from] crate::batch::BatchError),
     /// A backend cannot render.
     #[error(transparent)]
     Backend(#[from] crate::backend::BackendError),

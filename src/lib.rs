@@ -7,9 +7,11 @@
 //! ```
 
 pub mod backend;
+pub mod batch;
 pub mod brdf;
 pub mod cli;
 pub mod color;
+pub mod digest;
 pub mod error;
 pub mod film;
 pub mod kernel;

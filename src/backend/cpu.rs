@@ -19,6 +19,7 @@ use crate::kernel::packet::{MAX_LANES, Processor};
 use crate::kernel::receiver::Receiver;
 use crate::kernel::reflect::Reflectance;
 use crate::kernel::surface::surface_point;
+use crate::light::AreaLight;
 use crate::light::tree::Tree;
 use crate::scene::{Motion, Scene};
 use glam::{DVec3, Vec3};
@@ -107,6 +108,10 @@ impl Session for CpuSession<'_> {
             reused: reuse.finish(),
         };
         Ok(Rendering { film, parts: pixels.iter().map(Shaded::parts_per_sample).collect(), stats })
+    }
+
+    fn fill(&mut self, index: usize, light: AreaLight) {
+        self.stage.fill(index, light);
     }
 }
 

@@ -170,6 +170,13 @@ enum Part<'a> {
 }
 
 impl Part<'_> {
+    /// Index of the light in the scene.
+    const fn light(&self) -> usize {
+        match self {
+            Self::Face(light, _) | Self::Quad(light, ..) => *light,
+        }
+    }
+
     /// The emitter. What it is in light space is taken from `known`, if that is still right.
     fn emitter(
         self,
@@ -338,8 +345,9 @@ pub fn emitters_after(
 ) -> Result<Vec<Emitter>, BackendError> {
     let parts = parts(scene, technique);
     let change = |e: &Emitter| changes.map_or_else(LightChange::default, |c| c.lights[e.light]);
-    let known = known.into_iter().map(|e| Some((change(&e), e)));
-    let known: Vec<_> = known.chain(core::iter::repeat_with(|| None)).take(parts.len()).collect();
+    let mut known = known.into_iter().map(|e| (change(&e), e)).filter(|(change, _)| !change.whole).peekable();
+    // In the order of lights, as the parts are: of a light that has changed as a whole none is left.
+    let known: Vec<_> = parts.iter().map(|part| known.next_if(|(_, e)| e.light == part.light())).collect();
     let made: Vec<_> = parts
         .into_par_iter()
         .zip(known)

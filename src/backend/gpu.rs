@@ -18,6 +18,7 @@ use super::stage::{Kept, Ready, Reuse, Stage};
 use super::{
     Backend, BackendError, ClusterStats, LightStats, Rendering, Session, Settings, Shaded, Stats, Stopwatch, TreeMemory,
 };
+use crate::light::AreaLight;
 use crate::scene::{Motion, Scene};
 use boxes::Boxes;
 use buffers::{Readback, SceneBuffers, storage, target};
@@ -248,6 +249,10 @@ impl Session for GpuSession<'_> {
         *drawn = settings.skips.reuse.then_some(Drawn { boxes, emitters, painter });
         Ok(Rendering { film, parts, stats })
     }
+
+    fn fill(&mut self, index: usize, light: AreaLight) {
+        self.stage.fill(index, light);
+    }
 }
 
 /// A counter of a light, or of the clusters that come after all lights, over all rows of `skips`.
@@ -264,7 +269,7 @@ fn cluster_stats(scene: &Scene, skips: &[u64]) -> ClusterStats {
 /// The lights' counters, from the rows of `skips`.
 fn light_stats(scene: &Scene, prepared: &Prepared, shaded: u64, skips: &[u64]) -> Vec<LightStats> {
     let sum = |light: usize, reason: usize| counted(scene, skips, light, reason);
-    let stats = |(index, light): (usize, &crate::light::AreaLight)| {
+    let stats = |(index, light): (usize, &AreaLight)| {
         let emissions = prepared.emitters.iter().filter(|e| e.light == index).count() as u64;
         LightStats {
             name: light.name.clone(),

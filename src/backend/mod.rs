@@ -25,6 +25,7 @@ mod visibility;
 
 use crate::film::Film;
 use crate::kernel::surface::Rays;
+use crate::light::AreaLight;
 use crate::scene::{Motion, Scene};
 use emitter::{Emitter, Geometry};
 use glam::Vec3;
@@ -340,6 +341,10 @@ pub trait Session {
     /// # Errors
     /// As [`Backend::render`].
     fn frame(&mut self, time: f64) -> Result<Rendering, BackendError>;
+
+    /// Puts `light` in the place of the scene's `index`th, for the pictures to come: to the byte as if the scene had had it from
+    /// the beginning. There is nothing to do where the scene has no such light.
+    fn fill(&mut self, index: usize, light: AreaLight);
 }
 
 /// Of a single picture.

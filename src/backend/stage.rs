@@ -4,6 +4,7 @@ use super::prepared::Prepared;
 use super::surfaces::Surfaces;
 use super::visibility::Visibility;
 use super::{BackendError, Reused, Settings, Stopwatch};
+use crate::light::AreaLight;
 use crate::scene::{Motion, Scene};
 use glam::DVec3;
 use std::borrow::Cow;
@@ -26,6 +27,8 @@ pub struct LightChange {
     pub placement: bool,
     /// How strongly it shines.
     pub radiance: bool,
+    /// What it is: nothing that was made of it is right any more.
+    pub whole: bool,
 }
 
 /// What is reused and what is made, by name.
@@ -86,17 +89,27 @@ pub(super) struct Stage<'a> {
     motion: &'a Motion,
     settings: Settings,
     ready: Option<Ready>,
+    /// The light that is filled, and whether it has been since the last picture.
+    filled: Option<(usize, bool)>,
 }
 
 impl<'a> Stage<'a> {
     /// Nothing is made yet.
     pub const fn new(scene: &'a Scene, motion: &'a Motion, settings: Settings) -> Self {
-        Self { scene: Cow::Borrowed(scene), motion, settings, ready: None }
+        Self { scene: Cow::Borrowed(scene), motion, settings, ready: None, filled: None }
     }
 
     /// What to render and how well.
     pub const fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// Puts `light` in the place of the `index`th, for the pictures to come.
+    pub fn fill(&mut self, index: usize, light: AreaLight) {
+        if let Some(place) = self.scene.to_mut().lights.get_mut(index) {
+            *place = light;
+            self.filled = Some((index, true));
+        }
     }
 
     /// Makes all ready for the picture at `time`; of a scene without motion, for the only one. What the picture before has left is
@@ -108,8 +121,11 @@ impl<'a> Stage<'a> {
         reuse: &mut Reuse,
     ) -> Result<(&Scene, &mut Ready), BackendError> {
         let settings = &self.settings;
-        let changes =
+        let mut changes =
             if self.motion.is_still() { still(&self.scene) } else { moved(self.scene.to_mut(), self.motion, time) };
+        if let Some((light, is_new)) = &mut self.filled {
+            changes.lights[*light].whole = core::mem::take(is_new);
+        }
         let last = self.ready.take().filter(|_| settings.skips.reuse);
         let (known, rest) = last.map(|ready| (ready.prepared, (ready.surfaces, ready.visibility))).unzip();
         let is_first = known.is_none();
@@ -122,7 +138,8 @@ impl<'a> Stage<'a> {
         let visibility = visibility.filter(|_| !changes.view).unwrap_or_default();
         // It pays where the next picture is likely to have the same view.
         let wanted = if is_first { self.motion.camera.is_none() } else { !changes.view };
-        let records = wanted && !self.motion.is_still() && settings.skips.reuse;
+        let is_last = self.motion.is_still() && self.filled.is_none();
+        let records = wanted && !is_last && settings.skips.reuse;
         let ready = Ready {
             prepared,
             surfaces,
@@ -148,13 +165,16 @@ fn still(scene: &Scene) -> Changes {
 fn moved(scene: &mut Scene, motion: &Motion, time: f64) -> Changes {
     let camera = scene.camera;
     let lights = |scene: &Scene| -> Vec<_> {
-        let radiances = |l: &crate::light::AreaLight| l.layers.iter().map(|layer| layer.radiance).collect();
+        let radiances = |l: &AreaLight| l.layers.iter().map(|layer| layer.radiance).collect();
         scene.lights.iter().map(|l| (l.placement, radiances(l))).collect::<Vec<(_, Vec<DVec3>)>>()
     };
     let before = lights(scene);
     motion.set(scene, time);
-    let change =
-        |(a, b): (&(_, Vec<DVec3>), &(_, Vec<DVec3>))| LightChange { placement: a.0 != b.0, radiance: a.1 != b.1 };
+    let change = |(a, b): (&(_, Vec<DVec3>), &(_, Vec<DVec3>))| LightChange {
+        placement: a.0 != b.0,
+        radiance: a.1 != b.1,
+        whole: false,
+    };
     Changes {
         eye: camera.position != scene.camera.position,
         view: camera != scene.camera,

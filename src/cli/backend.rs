@@ -49,6 +49,18 @@ impl Backends {
         self.gpu()
     }
 
+    /// Where that is: `Cpu` or `Gpu`.
+    ///
+    /// # Errors
+    /// There is no GPU and it was asked for.
+    pub fn kind(&self, technique: &Technique) -> Result<BackendArg, BackendError> {
+        #[cfg(feature = "gpu")]
+        if !self.on_cpu(technique) && self.open_gpu()?.is_some() {
+            return Ok(BackendArg::Gpu);
+        }
+        self.of(technique).map(|_| BackendArg::Cpu)
+    }
+
     /// What measures single integrals by a technique.
     ///
     /// # Errors

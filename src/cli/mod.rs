@@ -1,11 +1,12 @@
 //! The command line: one file per verb; the only folder that prints.
 //!
-//! Exit codes: 0 done; 1 where `stress` has broken something or `bench --check` finds that something got worse; 2 for an error,
+//! Exit codes: 0 done; 1 where `stress` has broken something, `bench --check` finds that something got worse or an item of `batch` failed; 2 for an error,
 //! which is one message on standard error and leaves no file behind.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod backend;
+mod batch;
 mod bench;
 mod compare;
 mod display;
@@ -45,6 +46,8 @@ enum Verb {
     Render(Box<render::Args>),
     /// Render one scene by every technique and show what each costs and how wrong it is
     Compare(Box<compare::Args>),
+    /// Render many SVGs as lights of one scene, and go on where an earlier run was interrupted
+    Batch(Box<batch::Verb>),
     /// Time against error of every technique; --check holds a run against an earlier one
     Bench(Box<bench::Args>),
     /// Show what a font's text, an SVG or path data becomes: contours, areas, tree
@@ -62,6 +65,7 @@ pub fn run(cli: Cli) -> ExitCode {
     let done = match cli.verb {
         Verb::Render(args) => render::run(&args).map(|()| true),
         Verb::Compare(args) => compare::run(&args).map(|()| true),
+        Verb::Batch(args) => batch::run(&args),
         Verb::Bench(args) => bench::run(&args),
         Verb::Inspect(args) => inspect::run(&args).map(|()| true),
         Verb::Probe(args) => probe::run(&args).map(|()| true),

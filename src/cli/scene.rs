@@ -7,9 +7,12 @@ use crate::backend::Technique;
 use crate::error::Error;
 use crate::scene::file::{self, Loaded, SceneError};
 use crate::scene::preset::{PresetOptions, sign};
-use crate::scene::{Motion, Scene, figures};
+use crate::scene::{Motion, Scene, figures, templates};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
+
+/// How the names of bundled templates begin.
+pub const TEMPLATE: &str = "template:";
 
 /// What to render.
 #[derive(Debug, clap::Args)]
@@ -87,6 +90,14 @@ impl Subject {
         let scene = sign(layers, &PresetOptions { name: art.name, alpha, aspect, ..default })?;
         Ok(Staged { scene, motion: Motion::STILL, name, source, techniques: Vec::new() })
     }
+}
+
+/// Loads a template: a scene file with a slot, or a bundled one.
+pub fn open_template(path: &Path) -> Result<Loaded, Error> {
+    Ok(match path.to_str().and_then(|name| name.strip_prefix(TEMPLATE)) {
+        Some(name) => templates::load(name)?,
+        None => file::load_template(path)?,
+    })
 }
 
 /// Loads a scene file or a bundled figure. The techniques are those of its table `[compare]`.

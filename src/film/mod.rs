@@ -6,6 +6,7 @@ mod exr;
 pub mod heat;
 mod numbered;
 mod png;
+pub mod sheet;
 
 pub use display::{Display, ToneMap};
 pub use numbered::frame_path;

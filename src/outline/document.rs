@@ -3,8 +3,8 @@
 //! The only file that names roxmltree.
 
 use super::Warning;
-use super::path;
-use super::svg::SvgError;
+use super::path::{self, PathError};
+use super::svg::{SvgError, SvgLimits};
 use roxmltree::{Document, Node, NodeId, ParsingOptions};
 use std::collections::HashMap;
 
@@ -97,9 +97,9 @@ const NUMBERS: &[&str] = &[
 const SIZES: &[&str] = &["width", "height", "r", "rx", "ry"];
 
 /// Reads the bytes as text and refuses what is too large, too deep or too many, before any parser recurses into it.
-pub(super) fn scan(bytes: &[u8]) -> Result<&str, SvgError> {
-    if bytes.len() > MAX_BYTES {
-        return Err(SvgError::TooLarge { bytes: bytes.len(), limit: MAX_BYTES });
+pub(super) fn scan<'t>(bytes: &'t [u8], limits: &SvgLimits) -> Result<&'t str, SvgError> {
+    if bytes.len() > limits.bytes {
+        return Err(SvgError::TooLarge { bytes: bytes.len(), limit: limits.bytes });
     }
     if bytes.starts_with(&[0x1f, 0x8b]) {
         return Err(SvgError::Compressed);
@@ -133,15 +133,15 @@ pub(super) fn scan(bytes: &[u8]) -> Result<&str, SvgError> {
             end
         };
     }
-    if deepest > MAX_DEPTH {
-        return Err(SvgError::TooDeep { depth: deepest, limit: MAX_DEPTH });
+    if deepest > limits.depth {
+        return Err(SvgError::TooDeep { depth: deepest, limit: limits.depth });
     }
-    if elements > MAX_ELEMENTS {
-        return Err(SvgError::TooManyElements { count: elements, limit: MAX_ELEMENTS });
+    if elements > limits.elements {
+        return Err(SvgError::TooManyElements { count: elements, limit: limits.elements });
     }
     let expanded = longest_entity.saturating_mul(bytes.iter().filter(|&&b| b == b'&').count());
-    if expanded > MAX_BYTES {
-        return Err(SvgError::TooLarge { bytes: expanded, limit: MAX_BYTES });
+    if expanded > limits.bytes {
+        return Err(SvgError::TooLarge { bytes: expanded, limit: limits.bytes });
     }
     Ok(text)
 }
@@ -207,8 +207,9 @@ fn check_entities(declaration: &str) -> Result<usize, SvgError> {
 }
 
 /// Reads `text` as XML and looks at every element.
-pub(super) fn inspect(text: &str) -> Result<Findings, SvgError> {
-    let options = ParsingOptions { allow_dtd: true, nodes_limit: 8 * MAX_ELEMENTS as u32, ..ParsingOptions::default() };
+pub(super) fn inspect(text: &str, limits: &SvgLimits) -> Result<Findings, SvgError> {
+    let nodes_limit = u32::try_from(limits.elements.saturating_mul(8)).unwrap_or(u32::MAX);
+    let options = ParsingOptions { allow_dtd: true, nodes_limit, ..ParsingOptions::default() };
     let document =
         Document::parse_with_options(text, options).map_err(|e| SvgError::Syntax { reason: e.to_string() })?;
     let mut ids = HashMap::new();
@@ -219,15 +220,15 @@ pub(super) fn inspect(text: &str) -> Result<Findings, SvgError> {
     }
     let lines = text.match_indices('\n').map(|(i, _)| i).collect();
     let findings = Findings { warnings: Vec::new(), texts: Vec::new(), labels: HashMap::new() };
-    let mut inspector = Inspector { ids: &ids, lines, findings };
+    let mut inspector = Inspector { ids: &ids, lines, findings, limits, curves: 0 };
     inspector.findings.labels = ids.iter().map(|(&id, &node)| (id.to_owned(), inspector.label(node))).collect();
     for node in document.descendants().filter(is_svg) {
         inspector.check_references(node)?;
         inspector.check_attributes(node)?;
     }
     let weight = Weigher { inspector: &inspector, known: HashMap::new() }.weigh(document.root_element(), 1)?;
-    if weight.elements > MAX_ELEMENTS {
-        return Err(SvgError::TooManyElements { count: weight.elements, limit: MAX_ELEMENTS });
+    if weight.elements > limits.elements {
+        return Err(SvgError::TooManyElements { count: weight.elements, limit: limits.elements });
     }
     Ok(inspector.findings)
 }
@@ -246,6 +247,9 @@ struct Inspector<'a, 'd> {
     /// Where each line ends, bytes.
     lines: Vec<usize>,
     findings: Findings,
+    limits: &'a SvgLimits,
+    /// Curves and lines of all path data so far.
+    curves: usize,
 }
 
 impl Inspector<'_, '_> {
@@ -308,7 +312,14 @@ impl Inspector<'_, '_> {
         for attribute in node.attributes() {
             let (name, value) = (attribute.name(), attribute.value());
             if name == "d" && node.tag_name().name() == "path" {
-                path::outline(value).map_err(|source| SvgError::Path { element: self.label(node), source })?;
+                let most = self.limits.curves.saturating_sub(self.curves);
+                self.curves += path::check(value, most).map_err(|source| match source {
+                    PathError::TooLong { .. } => {
+                        let (element, limit) = (self.label(node), self.limits.curves);
+                        SvgError::TooMany { element, what: "curves up to there", count: limit + 1, limit }
+                    }
+                    source => SvgError::Path { element: self.label(node), source },
+                })?;
             }
             let numeric = LENGTHS.contains(&name) || NUMBERS.contains(&name) || name == "style";
             let valid = match name {
@@ -390,8 +401,9 @@ impl<'a> Weigher<'a, '_> {
             None => Weight { elements: 0, depth: 0 },
         };
         let deepest = depth + known.depth.saturating_sub(1);
-        if deepest > MAX_DEPTH {
-            return Err(SvgError::TooDeep { depth: deepest, limit: MAX_DEPTH });
+        let limit = self.inspector.limits.depth;
+        if deepest > limit {
+            return Err(SvgError::TooDeep { depth: deepest, limit });
         }
         if known.elements > 0 {
             return Ok(known);
@@ -432,6 +444,7 @@ mod tests {
     fn tags_are_counted_as_xml_has_them() {
         let odd = r#"<?xml version="1.0"?><!DOCTYPE svg [<!ENTITY ns "http://x>y"><!-- <a> -->]>
             <svg a="<>'>" b='">'><!-- <g><g> --><style><![CDATA[<g><g>]]></style><g/><g></g></svg>"#;
+        let scan = |text: &[u8]| scan(text, &SvgLimits::default()).map(drop);
         assert!(scan(odd.as_bytes()).is_ok());
         let nested = |n: usize| format!("<svg>{}{}</svg>", "<g>".repeat(n - 1), "</g>".repeat(n - 1));
         assert!(scan(nested(MAX_DEPTH).as_bytes()).is_ok());

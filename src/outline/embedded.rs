@@ -7,17 +7,28 @@ use image::{ImageReader, Limits};
 use std::io::Cursor;
 use std::sync::Arc;
 
-/// Most pixels along either side of a file.
-const MAX_PIXELS: u32 = 16_384;
+/// Most pixels along either side of a file, unless a limit says otherwise.
+pub(super) const MAX_PIXELS: u32 = 16_384;
 /// Most bytes decoding may take.
 const MAX_DECODED: u64 = 512 << 20;
+
+/// Width and height of a PNG or JPEG, by its header; or what is wrong with it.
+pub(super) fn size(bytes: &[u8]) -> Result<[u32; 2], String> {
+    // A PNG says it first of all, whatever is wrong with the rest.
+    if let Some(header) = bytes.strip_prefix(b"\x89PNG\r\n\x1a\n")
+        && let Some(([b'I', b'H', b'D', b'R'], sides)) = header.get(4..16).and_then(|h| h.split_first_chunk())
+    {
+        let side = |at: usize| sides[at..at + 4].iter().fold(0, |side, &byte| side << 8 | u32::from(byte));
+        return Ok([side(0), side(4)]);
+    }
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+    reader.into_dimensions().map(Into::into).map_err(|e| e.to_string())
+}
 
 /// The colours of a PNG or JPEG over the box from (0, 0) to its size in pixels, y up; or what is wrong with it.
 pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
     let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_PIXELS);
-    limits.max_image_height = Some(MAX_PIXELS);
     limits.max_alloc = Some(MAX_DECODED);
     reader.limits(limits);
     let pixels = reader.decode().map_err(|e| e.to_string())?.into_rgba8();

@@ -382,6 +382,12 @@ impl<'a> Instance<'a> {
         self.face.glyph_index(c).map(|id| id.0)
     }
 
+    /// How far the pen moves on behind a glyph, em; 0 where the font doesn't say.
+    pub fn advance(&self, glyph: u16) -> f64 {
+        let units = self.face.glyph_hor_advance(GlyphId(glyph)).unwrap_or_default();
+        f64::from(units) / self.font.units_per_em()
+    }
+
     /// The outline as the font draws it: font units, y up, unhinted, overlaps and winding as they are.
     /// Empty for a blank glyph.
     ///

@@ -29,6 +29,12 @@ pub enum PathError {
         /// The limit.
         limit: f64,
     },
+    /// More curves and lines than are wanted.
+    #[error("path data of more than {limit} curves and lines")]
+    TooLong {
+        /// The limit.
+        limit: usize,
+    },
     /// Nothing is drawn.
     #[error("path data draws nothing")]
     Empty,
@@ -58,8 +64,32 @@ pub fn shape(data: &str, rule: FillRule) -> Result<Shape, PathError> {
 
 /// Path data as a kurbo path, as it stands. Elliptical arcs become cubics within 1e-6 of their radius.
 pub(super) fn outline(data: &str) -> Result<BezPath, PathError> {
-    let mut pen =
-        Pen { path: BezPath::new(), start: Point::ZERO, at: Point::ZERO, mirror: Mirror::None, closed: false };
+    let mut pen = Pen::default();
+    walk(data, &mut pen, |_| Ok(()))?;
+    Ok(pen.path)
+}
+
+/// The number of curves and lines of path data that [`outline`] takes; none of it is kept.
+pub(super) fn check(data: &str, most: usize) -> Result<usize, PathError> {
+    const KEPT: usize = 1024;
+    let (mut pen, mut count) = (Pen::default(), 0);
+    walk(data, &mut pen, |pen| {
+        let drawn = pen.path.elements().len();
+        if count + drawn > most {
+            return Err(PathError::TooLong { limit: most });
+        }
+        if drawn > KEPT {
+            count += drawn;
+            pen.path = BezPath::new();
+            pen.path.move_to(pen.at);
+        }
+        Ok(())
+    })?;
+    Ok(count + pen.path.elements().len())
+}
+
+/// Draws path data command by command; `each` is called after every command.
+fn walk(data: &str, pen: &mut Pen, mut each: impl FnMut(&mut Pen) -> Result<(), PathError>) -> Result<(), PathError> {
     for (command, segment) in PathParser::from(data).enumerate() {
         let segment = segment.map_err(|e| syntax(data, command, &e))?;
         let drawn = pen.path.elements().len();
@@ -68,8 +98,9 @@ pub(super) fn outline(data: &str) -> Result<BezPath, PathError> {
         if let Some(value) = coordinates.find(|v| v.is_nan() || v.abs() > MAX_COORDINATE) {
             return Err(PathError::TooLarge { command, value, limit: MAX_COORDINATE });
         }
+        each(pen)?;
     }
-    Ok(pen.path)
+    Ok(())
 }
 
 /// Whether `value` follows the grammar of a `transform`.
@@ -99,14 +130,16 @@ fn syntax(data: &str, commands: usize, error: &svgtypes::Error) -> PathError {
 }
 
 /// The handle that a smooth command mirrors.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 enum Mirror {
+    #[default]
     None,
     Cubic(Point),
     Quad(Point),
 }
 
 /// Draws path commands, keeping what relative and smooth ones refer to.
+#[derive(Default)]
 struct Pen {
     path: BezPath,
     start: Point,

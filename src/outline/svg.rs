@@ -4,6 +4,7 @@
 
 use super::bundled;
 use super::document;
+use super::embedded;
 use super::guard::{GuardError, guarded};
 use super::layers::LayerError;
 use super::path::PathError;
@@ -12,6 +13,7 @@ use super::{OutlineError, Warning};
 use crate::picture::Picture;
 use crate::shape::Shape;
 use glam::DVec2;
+use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -31,6 +33,39 @@ const STACK: usize = 64 << 20;
 /// The bytes of a font file (TrueType, OpenType, collections).
 pub type FontBytes = Arc<dyn AsRef<[u8]> + Send + Sync>;
 
+/// What one file may cost; what passes a limit is an error that names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SvgLimits {
+    /// Size of the file, its entities written out, bytes.
+    pub bytes: usize,
+    /// Nesting of elements, references followed.
+    pub depth: usize,
+    /// Elements, references followed.
+    pub elements: usize,
+    /// Paths drawn, those of text and patterns included.
+    pub paths: usize,
+    /// Curves and lines of all path data together, and of all layers together.
+    pub curves: usize,
+    /// Pixels along either side of an embedded image.
+    pub image_side: u32,
+    /// Pixels of all embedded images together.
+    pub image_pixels: u64,
+}
+
+impl Default for SvgLimits {
+    fn default() -> Self {
+        Self {
+            bytes: document::MAX_BYTES,
+            depth: document::MAX_DEPTH,
+            elements: document::MAX_ELEMENTS,
+            paths: document::MAX_ELEMENTS,
+            curves: MAX_CURVES,
+            image_side: embedded::MAX_PIXELS,
+            image_pixels: 1 << 28,
+        }
+    }
+}
+
 /// How an SVG becomes light.
 #[derive(Clone)]
 pub struct SvgOptions {
@@ -40,20 +75,31 @@ pub struct SvgOptions {
     pub fonts: Vec<FontBytes>,
     /// The family for text that names none, or one that is not given.
     pub font_family: String,
+    /// What the file may cost.
+    pub limits: SvgLimits,
+}
+
+impl fmt::Debug for SvgOptions {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { size, fonts, font_family, limits } = self;
+        let mut shown = f.debug_struct("SvgOptions");
+        shown.field("size", size).field("fonts", &fonts.len());
+        shown.field("font_family", font_family).field("limits", limits).finish()
+    }
 }
 
 impl SvgOptions {
     /// With the bundled fonts.
     pub fn bundled(size: f64) -> Self {
         let fonts = bundled::bundled().iter().map(|f| -> FontBytes { Arc::new(f.bytes) }).collect();
-        Self { size, fonts, font_family: bundled::DEFAULT_FAMILY.into() }
+        Self { size, fonts, font_family: bundled::DEFAULT_FAMILY.into(), limits: SvgLimits::default() }
     }
 }
 
 impl Default for SvgOptions {
     /// One metre, no fonts.
     fn default() -> Self {
-        Self { size: 1.0, fonts: Vec::new(), font_family: String::new() }
+        Self { size: 1.0, fonts: Vec::new(), font_family: String::new(), limits: SvgLimits::default() }
     }
 }
 
@@ -175,7 +221,7 @@ pub enum SvgError {
     /// Paints could not be laid over each other.
     #[error(transparent)]
     Layer(#[from] LayerError),
-    /// Too many dashes, layers or curves.
+    /// Too many dashes, paths, layers, curves or pixels.
     #[error("{element}: {count} {what}, more than the limit of {limit}")]
     TooMany {
         /// The element, or "drawing".
@@ -208,6 +254,26 @@ pub enum SvgError {
     NothingVisible,
 }
 
+impl SvgError {
+    /// The element it is about, where it is about one.
+    pub fn element(&self) -> Option<&str> {
+        match self {
+            Self::Loop { element }
+            | Self::External { element, .. }
+            | Self::Path { element, .. }
+            | Self::Attribute { element, .. }
+            | Self::TooMany { element, .. }
+            | Self::Layer(
+                LayerError::Overlap { element, .. }
+                | LayerError::TooManyOperations { element, .. }
+                | LayerError::TooManyPieces { element, .. }
+                | LayerError::TooManySteps { element, .. },
+            ) => Some(element),
+            _ => None,
+        }
+    }
+}
+
 /// The drawing in the SVG file `bytes`, called `name` in messages, as layers of light.
 ///
 /// SVG's y runs down, light space's up: the picture is turned over, centred on the origin and scaled so that its
@@ -216,33 +282,56 @@ pub enum SvgError {
 /// # Errors
 /// A file that is too large, too deep, broken, refers outside itself or shows nothing; see [`SvgError`].
 pub fn svg(bytes: &[u8], name: &str, options: &SvgOptions) -> Result<Art, OutlineError> {
-    read(bytes, options).map_err(|source| OutlineError::Svg { name: name.to_owned(), source })
+    let named = |source| OutlineError::Svg { name: name.to_owned(), source };
+    parse(bytes, options).and_then(ParsedSvg::draw).map_err(named)
 }
 
-fn read(bytes: &[u8], options: &SvgOptions) -> Result<Art, SvgError> {
+/// An SVG file that has been read and not been drawn.
+pub struct ParsedSvg {
+    drawing: walk::Drawing,
+    findings: document::Findings,
+    size: f64,
+    limits: SvgLimits,
+}
+
+/// Reads the SVG file `bytes`; the first half of [`svg`].
+///
+/// # Errors
+/// As [`svg`].
+pub fn parse(bytes: &[u8], options: &SvgOptions) -> Result<ParsedSvg, SvgError> {
     if !(options.size.is_finite() && options.size > 0.0) {
         return Err(SvgError::Size { size: options.size });
     }
-    let text = document::scan(bytes)?.to_owned();
+    let SvgOptions { size, limits, .. } = *options;
+    let text = document::scan(bytes, &limits)?.to_owned();
     let settings = options.clone();
-    let (drawing, findings) = run("reading", READ_SECONDS, move || {
-        let mut findings = document::inspect(&text)?;
+    run("reading", READ_SECONDS, move || {
+        let mut findings = document::inspect(&text, &limits)?;
         let drawing = walk::parse(&text, &settings, &mut findings)?;
-        Ok((drawing, findings))
-    })?;
-    let size = options.size;
-    let mut art = run("drawing", DRAW_SECONDS, move || walk::draw(&drawing, size, findings))?;
-    if art.layers.is_empty() {
-        return Err(SvgError::NothingVisible);
-    }
-    let curves = art.layers.iter().map(|layer| layer.shape.curves().count()).sum();
-    for (what, count, limit) in [("layers", art.layers.len(), MAX_LAYERS), ("curves", curves, MAX_CURVES)] {
-        if count > limit {
-            return Err(SvgError::TooMany { element: "drawing".to_owned(), what, count, limit });
+        Ok(ParsedSvg { drawing, findings, size, limits })
+    })
+}
+
+impl ParsedSvg {
+    /// Draws it; the second half of [`svg`].
+    ///
+    /// # Errors
+    /// As [`svg`].
+    pub fn draw(self) -> Result<Art, SvgError> {
+        let Self { drawing, findings, size, limits } = self;
+        let mut art = run("drawing", DRAW_SECONDS, move || walk::draw(&drawing, size, findings, &limits))?;
+        if art.layers.is_empty() {
+            return Err(SvgError::NothingVisible);
         }
+        let curves = art.layers.iter().map(|layer| layer.shape.curves().count()).sum();
+        for (what, count, limit) in [("layers", art.layers.len(), MAX_LAYERS), ("curves", curves, limits.curves)] {
+            if count > limit {
+                return Err(SvgError::TooMany { element: "drawing".to_owned(), what, count, limit });
+            }
+        }
+        shorten(&mut art.warnings);
+        Ok(art)
     }
-    shorten(&mut art.warnings);
-    Ok(art)
 }
 
 fn run<T: Send + 'static>(

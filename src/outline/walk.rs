@@ -7,7 +7,7 @@ use super::document::Findings;
 use super::layers::{Canvas, LayerError, Piece};
 use super::overlap::{self, OverlapError};
 use super::paint::{Field, Grid};
-use super::svg::{Art, ArtLayer, SvgError, SvgOptions};
+use super::svg::{Art, ArtLayer, FontBytes, SvgError, SvgLimits, SvgOptions};
 use super::{FillRule, Warning, embedded, stroke};
 use crate::picture::Picture;
 use crate::shape::Shape;
@@ -40,12 +40,30 @@ pub(super) struct Drawing {
     images: Images,
 }
 
+/// The fonts as usvg looks them up; those of the last call are kept, since reading them takes longer than most drawings.
+fn database(fonts: &[FontBytes]) -> Arc<fontdb::Database> {
+    type Last = Option<(Vec<FontBytes>, Arc<fontdb::Database>)>;
+    static LAST: Mutex<Last> = Mutex::new(None);
+    // The bytes are the same where their place in memory is: they are kept, so that no others can come to lie there.
+    let place = |font: &FontBytes| (**font).as_ref().as_ptr_range();
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((known, database)) = &*last
+        && known.iter().map(place).eq(fonts.iter().map(place))
+    {
+        return Arc::clone(database);
+    }
+    let mut database = fontdb::Database::new();
+    for font in fonts {
+        database.load_font_source(fontdb::Source::Binary(Arc::clone(font)));
+    }
+    let database = Arc::new(database);
+    *last = Some((fonts.to_vec(), Arc::clone(&database)));
+    database
+}
+
 /// Reads the text with the given fonts and nothing else; adds to `findings` what fonts and pictures lack.
 pub(super) fn parse(text: &str, options: &SvgOptions, findings: &mut Findings) -> Result<Drawing, SvgError> {
-    let mut fonts = fontdb::Database::new();
-    for font in &options.fonts {
-        fonts.load_font_source(fontdb::Source::Binary(Arc::clone(font)));
-    }
+    let mut fonts = fontdb::Database::clone(&database(&options.fonts));
     let known = |name: &str| fonts.faces().any(|f| f.families.iter().any(|(family, _)| family == name));
     let first = fonts.faces().next().and_then(|f| f.families.first().map(|(family, _)| family.clone()));
     let default = match first {
@@ -79,7 +97,7 @@ pub(super) fn parse(text: &str, options: &SvgOptions, findings: &mut Findings) -
         image_href_resolver: ImageHrefResolver {
             resolve_data: Box::new(|mime, data, _| {
                 let mut images = images.lock().unwrap_or_else(PoisonError::into_inner);
-                match keep(&mut images, &data) {
+                match keep(&mut images, &data, &options.limits) {
                     Ok(()) => {}
                     Err(reason) => {
                         note("embedded image", format!("cannot be decoded: {reason}: left out"));
@@ -123,10 +141,24 @@ pub(super) fn parse(text: &str, options: &SvgOptions, findings: &mut Findings) -
 }
 
 /// Decodes an embedded picture and puts it with the others; an error that is the drawing's takes the place of them all.
-fn keep(images: &mut Result<Images, SvgError>, data: &Arc<Vec<u8>>) -> Result<(), String> {
+fn keep(images: &mut Result<Images, SvgError>, data: &Arc<Vec<u8>>, limits: &SvgLimits) -> Result<(), String> {
     let Ok(known) = images else { return Ok(()) };
     if known.contains_key(data) {
         return Ok(());
+    }
+    let [width, height] = embedded::size(data)?;
+    let pixels = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
+    let all = pixels([width, height]) + known.keys().filter_map(|k| embedded::size(k).ok()).map(pixels).sum::<u64>();
+    let count = |count: u64| usize::try_from(count).unwrap_or(usize::MAX);
+    for (what, found, limit) in [
+        ("pixels along a side of an embedded image", width.max(height).into(), limits.image_side.into()),
+        ("pixels of embedded images", all, limits.image_pixels),
+    ] {
+        if found > limit {
+            let element = "drawing".to_owned();
+            *images = Err(SvgError::TooMany { element, what, count: count(found), limit: count(limit) });
+            return Ok(());
+        }
     }
     let picture = embedded::decode(data)?;
     let count = known.values().map(|p| p.texels.len()).sum::<usize>() + picture.texels.len();
@@ -140,7 +172,7 @@ fn keep(images: &mut Result<Images, SvgError>, data: &Arc<Vec<u8>>) -> Result<()
 }
 
 /// Draws the tree with its longer side `size` metres long.
-pub(super) fn draw(drawing: &Drawing, size: f64, findings: Findings) -> Result<Art, SvgError> {
+pub(super) fn draw(drawing: &Drawing, size: f64, findings: Findings, limits: &SvgLimits) -> Result<Art, SvgError> {
     let tree = &drawing.tree;
     let (width, height) = (f64::from(tree.size().width()), f64::from(tree.size().height()));
     let scale = size / width.max(height);
@@ -154,6 +186,7 @@ pub(super) fn draw(drawing: &Drawing, size: f64, findings: Findings) -> Result<A
         fields: HashMap::new(),
         frame: Shape::rectangle(-half, half),
         paths: 0,
+        most_paths: limits.paths,
     };
     let mut canvas = Canvas::default();
     walk.group(tree.root(), at, &mut canvas)?;
@@ -204,6 +237,8 @@ struct Walk<'d> {
     frame: Shape,
     /// Paths met so far, by which those without an id are called.
     paths: usize,
+    /// Most paths that are drawn.
+    most_paths: usize,
 }
 
 impl Walk<'_> {
@@ -277,6 +312,10 @@ impl Walk<'_> {
 
     fn path(&mut self, path: &Path, at: Affine, canvas: &mut Canvas) -> Result<(), SvgError> {
         self.paths += 1;
+        if self.paths > self.most_paths {
+            let (element, limit) = (self.label(path.id()), self.most_paths);
+            return Err(SvgError::TooMany { element, what: "paths up to there", count: self.paths, limit });
+        }
         if !path.is_visible() {
             return Ok(());
         }

@@ -27,6 +27,7 @@
 pub mod bench;
 pub mod check;
 pub mod folder;
+pub mod gallery;
 pub mod page;
 pub mod plot;
 pub mod scale;

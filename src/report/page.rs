@@ -240,7 +240,7 @@ fn table(out: &mut String, block: &Block) {
 }
 
 /// Text as HTML, also inside a quoted attribute.
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

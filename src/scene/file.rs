@@ -76,20 +76,25 @@
 //! moves. `interpolation` of the light or the camera is `"linear"`, or `"smooth"`: the same way, from rest to rest, by the ease 3u² − 2u³. Rotations
 //! turn about one axis, the shorter way.
 //!
+//! A light with `slot = true` makes the file a template, which `glyphlight batch` fills with drawings: [`Slot`] says what its keys mean.
+//!
 //! A table `[compare]` may hold `techniques`, a list of what `glyphlight compare` shows of the scene unless it is told otherwise:
 //! `techniques = ["tree", "kuge:1e-6", "uniform:30", "quad"]`.
 
 mod body;
 mod error;
+pub mod items;
 mod light;
 mod material;
 mod motion;
+mod slot;
 mod table;
 
 use super::camera::Camera;
 use super::folder::{Folder, read};
 use super::mesh::Mesh;
 use super::motion::CameraMotion;
+use super::slot::Slot;
 use super::surface::plane;
 use super::{Material, Motion, Scene};
 pub use error::{Place, ResourceError, SceneError};
@@ -122,6 +127,10 @@ pub struct Loaded {
     pub techniques: Vec<Wanted>,
     /// The text of the file.
     pub text: String,
+    /// The light to be filled, of a template.
+    pub slot: Option<Slot>,
+    /// The digests of the files it names.
+    pub files: Vec<String>,
 }
 
 /// A technique that a scene file asks for. What techniques there are is known elsewhere.
@@ -138,11 +147,25 @@ pub struct Wanted {
 /// # Errors
 /// The first thing that is wrong, with file, line, key, value and what the value may be.
 pub fn load(path: &Path) -> Result<Loaded, SceneError> {
+    let (text, folder) = open(path)?;
+    parse(text, path, &folder)
+}
+
+/// Loads a template: a scene file one light of which is a slot.
+///
+/// # Errors
+/// As [`load`], and where there is no slot.
+pub fn load_template(path: &Path) -> Result<Loaded, SceneError> {
+    let (text, folder) = open(path)?;
+    parse_template(text, path, &folder)
+}
+
+fn open(path: &Path) -> Result<(String, Folder), SceneError> {
     let bytes = read(path, MAX_BYTES)?;
     let folder = Folder::of(path)?;
     let text = String::from_utf8(bytes)
         .map_err(|e| SceneError::Encoding { file: path.into(), at: e.utf8_error().valid_up_to() })?;
-    parse(text, path, &folder)
+    Ok((text, folder))
 }
 
 /// Loads a scene from the text of its file `path`, which messages name, and the files it names from `folder`.
@@ -151,10 +174,33 @@ pub fn load(path: &Path) -> Result<Loaded, SceneError> {
 /// As [`load`].
 pub fn parse(text: String, path: &Path, folder: &Folder) -> Result<Loaded, SceneError> {
     let document = Document { file: path.into(), text };
-    let mut loaded = document.parse(|root| scene(&root, folder))?;
+    let mut loaded = document.parse(|root| {
+        let loaded = scene(&root, folder)?;
+        match &loaded.slot {
+            Some(slot) => Err(root.tables("light")?[slot.light].error(SLOT_IS_EMPTY)),
+            None => Ok(loaded),
+        }
+    })?;
     loaded.text = document.text;
     Ok(loaded)
 }
+
+/// As [`parse`], of a template.
+///
+/// # Errors
+/// As [`load_template`].
+pub fn parse_template(text: String, path: &Path, folder: &Folder) -> Result<Loaded, SceneError> {
+    let document = Document { file: path.into(), text };
+    let mut loaded = document.parse(|root| {
+        let loaded = scene(&root, folder)?;
+        if loaded.slot.is_some() { Ok(loaded) } else { Err(root.error("a template has a [[light]] with slot = true")) }
+    })?;
+    loaded.text = document.text;
+    Ok(loaded)
+}
+
+/// What is wrong with a slot where a picture is to be made.
+const SLOT_IS_EMPTY: &str = "it is a slot, which `glyphlight batch --scene` fills";
 
 fn scene(root: &Table<'_>, folder: &Folder) -> Result<Loaded, SceneError> {
     root.only(&["camera", "surface", "light", "background", "compare"])?;
@@ -175,12 +221,20 @@ fn scene(root: &Table<'_>, folder: &Folder) -> Result<Loaded, SceneError> {
         motion: Motion::STILL,
         warnings: Vec::new(),
         techniques: root.read("compare", |v| techniques(&v.table()?))?.unwrap_or_default(),
+        slot: None,
     };
     for table in root.tables("surface")? {
         builder.surface(&table)?;
     }
     let lights = root.tables("light")?;
     for (i, table) in lights.iter().enumerate() {
+        if let Some(slot) = slot::read(table, i)? {
+            builder.scene.lights.push(slot.empty());
+            if builder.slot.replace(slot).is_some() {
+                return Err(table.error("a template has one slot"));
+            }
+            continue;
+        }
         let (light, moving) = light::read(table, i, folder, &mut builder.warnings)?;
         builder.scene.lights.push(light);
         if let Some((motion, span)) = moving {
@@ -223,6 +277,7 @@ struct Builder<'a> {
     motion: Motion,
     warnings: Vec<String>,
     techniques: Vec<Wanted>,
+    slot: Option<Slot>,
 }
 
 impl Builder<'_> {
@@ -291,8 +346,8 @@ impl Builder<'_> {
     fn finish(mut self) -> Loaded {
         self.scene.textures = self.textures.list;
         self.motion.set(&mut self.scene, self.motion.span[0]);
-        let Self { scene, motion, warnings, techniques, .. } = self;
-        Loaded { scene, motion, warnings, techniques, text: String::new() }
+        let Self { scene, motion, warnings, techniques, slot, .. } = self;
+        Loaded { scene, motion, warnings, techniques, text: String::new(), slot, files: self.folder.digests() }
     }
 }
 

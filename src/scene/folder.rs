@@ -1,16 +1,21 @@
 //! [`Folder`]: the one place from which a scene may read. What a scene names lies in its folder or below, or is an error.
 
+use crate::digest::digest;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A folder, and the right to read in it and below it.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct Folder {
     root: Root,
+    /// What has been read here and below, by path, with its digest.
+    files: Arc<Mutex<BTreeMap<String, String>>>,
 }
 
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 enum Root {
     /// Without symbolic links, so that a prefix is proof of being inside.
     Disk(PathBuf),
@@ -79,12 +84,12 @@ impl Folder {
     pub fn of(file: &Path) -> Result<Self, FolderError> {
         let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let root = folder.canonicalize().map_err(|e| io(folder, e))?;
-        Ok(Self { root: Root::Disk(root) })
+        Ok(Self { root: Root::Disk(root), files: Arc::default() })
     }
 
     /// A folder inside the program: the names of its files and their bytes.
-    pub const fn bundled(files: &'static [(&'static str, &'static [u8])]) -> Self {
-        Self { root: Root::Bundled(files) }
+    pub fn bundled(files: &'static [(&'static str, &'static [u8])]) -> Self {
+        Self { root: Root::Bundled(files), files: Arc::default() }
     }
 
     /// The folder in which the file `name` of this folder lies: from there on, nowhere above that.
@@ -93,7 +98,7 @@ impl Folder {
     /// As [`Folder::read`].
     pub fn beside(&self, name: &str) -> Result<Self, FolderError> {
         match &self.root {
-            Root::Disk(root) => Self::of(&locate(root, name)?),
+            Root::Disk(root) => Ok(Self { files: Arc::clone(&self.files), ..Self::of(&locate(root, name)?)? }),
             Root::Bundled(_) => Ok(self.clone()),
         }
     }
@@ -104,13 +109,25 @@ impl Folder {
     /// # Errors
     /// Each way in which that can fail, with the path.
     pub fn read(&self, name: &str, limit: u64) -> Result<Vec<u8>, FolderError> {
-        match &self.root {
-            Root::Disk(root) => read(&locate(root, name)?, limit),
+        let (path, bytes) = match &self.root {
+            Root::Disk(root) => {
+                let path = locate(root, name)?;
+                let bytes = read(&path, limit)?;
+                (path.display().to_string(), bytes)
+            }
             Root::Bundled(files) => {
                 let found = files.iter().find(|(file, _)| *file == name);
-                found.map(|(_, bytes)| bytes.to_vec()).ok_or_else(|| FolderError::Missing(name.into()))
+                (name.into(), found.ok_or_else(|| FolderError::Missing(name.into()))?.1.to_vec())
             }
-        }
+        };
+        let digest = digest(&bytes);
+        self.files.lock().unwrap_or_else(PoisonError::into_inner).insert(path, digest);
+        Ok(bytes)
+    }
+
+    /// The digests of all files read so far, here and in the folders below, in the order of their paths.
+    pub fn digests(&self) -> Vec<String> {
+        self.files.lock().unwrap_or_else(PoisonError::into_inner).values().cloned().collect()
     }
 }
 

@@ -9,7 +9,10 @@ pub mod mesh;
 pub mod motion;
 pub mod preset;
 pub mod signs;
+pub mod slot;
+pub mod strength;
 pub mod surface;
+pub mod templates;
 pub mod texture;
 pub mod trial;
 

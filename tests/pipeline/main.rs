@@ -4,6 +4,8 @@
 
 mod approximations;
 mod backends;
+mod batch;
+mod batch_plan;
 mod bench;
 mod brdf;
 mod browser;

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 pub fn options(size: f64) -> SvgOptions {
     let fonts = bundled().iter().map(|f| Arc::new(f.bytes) as FontBytes).collect();
-    SvgOptions { size, fonts, font_family: DEFAULT_FAMILY.to_owned() }
+    SvgOptions { size, fonts, font_family: DEFAULT_FAMILY.to_owned(), ..SvgOptions::default() }
 }
 
 fn read(text: &str) -> Art {

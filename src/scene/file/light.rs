@@ -9,16 +9,16 @@ use crate::color::luminance;
 use crate::light::{AreaLight, Form, Layer, Placement};
 use crate::outline::bundled;
 use crate::outline::font::{Font, Tag};
-use crate::outline::svg::{FontBytes, SvgOptions, svg};
+use crate::outline::svg::{SvgOptions, svg};
 use crate::outline::text::{Align, Direction, TextStyle, layout};
 use crate::outline::{FillRule, Warning, path};
 use crate::picture::Picture;
 use crate::scene::Texture;
 use crate::scene::folder::Folder;
 use crate::scene::motion::LightMotion;
+use crate::scene::strength::{Strength, StrengthError};
 use crate::scene::texture;
 use crate::shape::{Bounds, Shape};
-use core::f64::consts::PI;
 use glam::{DAffine2, DVec2, DVec3};
 use std::sync::Arc;
 
@@ -183,12 +183,22 @@ fn mirror_picture(layer: &mut Layer, signs: DVec2, last: &mut Mirrored) {
 
 /// Sets the radiance of the layers, which hold their own colours so far (white but for SVGs). `emitting` is the factor
 /// from light-space area to emitting world area.
+fn emit(table: &Table<'_>, layers: &mut [Layer], emitting: f64) -> Result<(), SceneError> {
+    strength(table)?.apply(layers, emitting).map_err(|e| {
+        let given = ["radiance", "power", "luminance"].into_iter().find_map(|key| Some((key, table.get(key)?)));
+        match (e, given) {
+            (StrengthError::Black, Some((_, value))) => value.error(e.to_string()),
+            (_, given) => table.error(format!("{} {e}", given.map_or("radiance", |(key, _)| key))),
+        }
+    })
+}
+
+/// How strongly a light shines, by its keys:
 ///
 /// - `radiance`: of a white layer, per channel.
 /// - `luminance` (nits) with `color`: of a white layer; Y of the radiance times [`EFFICACY`].
-/// - `power` (W) with `color`: of the whole light, the mean of the three channels, each of which is π · area · radiance
-///   summed over the layers; of pictures, the mean over the layer.
-fn emit(table: &Table<'_>, layers: &mut [Layer], emitting: f64) -> Result<(), SceneError> {
+/// - `power` (W) with `color`: of the whole light, see [`Strength::Power`].
+pub(super) fn strength(table: &Table<'_>) -> Result<Strength, SceneError> {
     let amounts: Vec<_> = ["radiance", "power", "luminance"].into_iter().filter(|k| table.get(k).is_some()).collect();
     if amounts.len() > 1 {
         return Err(table.error(format!("give one of radiance, power, luminance, not {}", amounts.join(" and "))));
@@ -201,33 +211,15 @@ fn emit(table: &Table<'_>, layers: &mut [Layer], emitting: f64) -> Result<(), Sc
         return Err(table.error("color goes with power or luminance; radiance has its colour in itself"));
     }
     let color = color.unwrap_or([1.0; 3]);
-    let radiance = if let Some(radiance) = table.read("radiance", |v| v.one_or(&RADIANCE))? {
-        DVec3::from_array(radiance)
+    if let Some(radiance) = table.read("radiance", |v| v.one_or(&RADIANCE))? {
+        Ok(Strength::Radiance(radiance.into()))
     } else if let Some(nits) = table.read("luminance", |v| v.number(&NITS))? {
-        DVec3::from_array(color) * (nits / (EFFICACY * luminance(color)))
-    } else if let Some(value) = table.get("power") {
-        let power = value.number(&POWER)?;
-        let color = DVec3::from_array(color);
-        let flux: DVec3 = layers
-            .iter()
-            .map(|l| l.radiance * l.mean_color().truncate() * color * (PI * emitting * l.shape.area()))
-            .sum();
-        let mean = flux.element_sum() / 3.0;
-        if mean <= 0.0 {
-            return Err(value.error("no radiance gives this power, since the light is black"));
-        }
-        color * (power / mean)
+        Ok(Strength::Radiance(DVec3::from_array(color) * (nits / (EFFICACY * luminance(color)))))
+    } else if let Some(watts) = table.read("power", |v| v.number(&POWER))? {
+        Ok(Strength::Power { watts, color: color.into() })
     } else {
-        DVec3::ONE
-    };
-    for layer in layers {
-        layer.radiance *= radiance;
-        if !layer.radiance.as_vec3().is_finite() {
-            let key = amounts.first().copied().unwrap_or("radiance");
-            return Err(table.error(format!("{key} makes a radiance of {}, too large for 32 bits", layer.radiance)));
-        }
+        Ok(Strength::Radiance(DVec3::ONE))
     }
-    Ok(())
 }
 
 fn from_path(source: &Source<'_, '_>, _: &mut Vec<Warning>) -> Result<Art, SceneError> {
@@ -242,9 +234,7 @@ fn from_svg(source: &Source<'_, '_>, warnings: &mut Vec<Warning>) -> Result<Art,
     let size = source.table.read("size", |v| v.number(&LENGTH))?.unwrap_or(1.0);
     let own_colors = source.table.read("svg_colors", Value::boolean)?.unwrap_or(true);
     let bytes = source.folder.read(name, MAX_BYTES).map_err(|e| source.value.resource(e))?;
-    let fonts = bundled::bundled().iter().map(|f| Arc::new(f.bytes) as FontBytes).collect();
-    let options = SvgOptions { size, fonts, font_family: bundled::DEFAULT_FAMILY.into() };
-    let art = svg(&bytes, name, &options).map_err(|e| source.value.resource(e))?;
+    let art = svg(&bytes, name, &SvgOptions::bundled(size)).map_err(|e| source.value.resource(e))?;
     warnings.extend(art.warnings);
     Ok(art.layers.into_iter().map(|l| Layer::of_art(l, own_colors)).collect::<Vec<_>>().into())
 }

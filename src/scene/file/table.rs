@@ -34,6 +34,11 @@ impl Document {
         read(Table { document: self, path: String::new(), span: 0..0, entries: root.get_ref() })
     }
 
+    /// Something is wrong with a line.
+    pub(super) fn fault(&self, line: usize, message: String) -> SceneError {
+        SceneError::Table { place: Place { file: self.file.clone(), line, key: String::new() }, message }
+    }
+
     fn place(&self, at: usize, key: String) -> Place {
         let line = 1 + self.text.as_bytes()[..at.min(self.text.len())].iter().filter(|b| **b == b'\n').count();
         Place { file: self.file.clone(), line, key }

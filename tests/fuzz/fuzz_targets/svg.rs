@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 fuzz_target!(init: abort_on_our_panics(), |data: &[u8]| {
     let letters: FontBytes = Arc::new(glyphlight_fuzz::LETTERS);
-    let options = SvgOptions { size: 1.0, fonts: vec![letters], font_family: "Letters".into() };
+    let options = SvgOptions { size: 1.0, fonts: vec![letters], font_family: "Letters".into(), ..SvgOptions::default() };
     let Ok(art) = svg(data, "fuzzed.svg", &options) else { return };
     for layer in &art.layers {
         check_shape(&layer.shape, 1.0);

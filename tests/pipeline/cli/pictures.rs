@@ -180,10 +180,11 @@ fn the_readme_works() {
     let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
     let blocks = readme("sh").concat().replace("cargo run --release -- ", "glyphlight ");
     let (mut renders, mut others) = (0, 0);
-    for line in blocks.lines().filter(|l| l.starts_with("glyphlight ") || l.starts_with("echo ")) {
+    let is_run = |line: &&str| ["glyphlight ", "echo ", "printf "].iter().any(|word| line.starts_with(word));
+    for line in blocks.lines().filter(is_run) {
         let mut line =
             line.replace("--backend gpu", "--backend cpu").replace("--size 8", "").replace("fit", "fit --size 4");
-        if ["render", "compare"].iter().any(|verb| line.starts_with(&format!("glyphlight {verb}"))) {
+        if ["render", "compare", "batch"].iter().any(|verb| line.starts_with(&format!("glyphlight {verb}"))) {
             renders += 1;
             for (option, value) in [("--width", "48"), ("--height", "27"), ("--samples", "1"), ("--backend", "cpu")] {
                 let words: Vec<_> = line.split(' ').collect();

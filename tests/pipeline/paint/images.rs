@@ -160,9 +160,13 @@ fn images_that_mean_harm() {
     let mut huge = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\xea\x60\0\0\xea\x60\x08\x06\0\0\0".to_vec();
     huge.extend(crc32(&huge[12..]).to_be_bytes());
     let data = format!("data:image/png;base64,{}", base64(&huge));
-    let art = read(&format!(
-        "<rect width='9' height='9' fill='#fff'/><image id='i' width='9' height='9' x='50' href='{data}'/>"
-    ));
+    let huge =
+        format!("<rect width='9' height='9' fill='#fff'/><image id='i' width='9' height='9' x='50' href='{data}'/>");
+    let fault = svg(drawing(&huge).as_bytes(), "t", &options(1.0)).unwrap_err().to_string();
+    assert!(fault.contains("60000 pixels along a side") && fault.contains("limit of 16384"), "{fault}");
+    // One that is cut off.
+    let data = format!("data:image/png;base64,{}", base64(&png(4, 4, |_, _| RED).as_bytes()[..9]));
+    let art = read(&format!("<rect width='9' height='9' fill='#fff'/><image width='9' height='9' href='{data}'/>"));
     assert_eq!(art.layers.len(), 1);
     assert!(art.warnings.iter().any(|w| w.message.contains("cannot be decoded")), "{:?}", art.warnings);
     // Nine that keep four million texels each.
