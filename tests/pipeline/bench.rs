@@ -376,7 +376,10 @@ fn skips_leave_the_picture_as_it_is() {
     let report: Value = serde_json::from_str(&stdout).unwrap();
     let rows = report["rows"].as_array().unwrap();
     let names: Vec<_> = rows.iter().map(|r| r["skip"].as_str().unwrap()).collect();
-    assert_eq!(names, ["lobes", "textures", "horizons", "behind", "below-horizon", "under-tolerance", "clusters"]);
+    assert_eq!(
+        names,
+        ["lobes", "textures", "horizons", "behind", "below-horizon", "under-tolerance", "clusters", "reuse"]
+    );
     for row in rows {
         assert!(row["count"].as_u64().unwrap() > 0, "{row}");
         assert!(row["max_difference"].as_f64().unwrap() <= row["tolerance"].as_f64().unwrap(), "{row}");

@@ -15,6 +15,7 @@ use crate::report::LeftOut;
 use crate::report::bench::{BenchRow, Ratio};
 use crate::report::statistics::{median, spread};
 use crate::scene::Scene;
+use crate::scene::motion::Motion;
 use crate::scene::trial::{Finish, Trial, scene, windows};
 use rayon::ThreadPool;
 use std::time::Instant;
@@ -122,6 +123,26 @@ impl Bencher {
             }
         }
         Ok((self.pool.install(|| CpuBackend.render(scene, settings))?, 1.0))
+    }
+
+    /// The pictures of a sequence at these times, and the seconds from nothing at all to the last of them.
+    pub fn sequence(
+        &self,
+        on: On,
+        (scene, motion): (&Scene, &Motion),
+        settings: &Settings,
+        times: &[f64],
+    ) -> Result<(Vec<Rendering>, f64), BackendError> {
+        let run = |backend: &dyn Backend| {
+            let since = Instant::now();
+            let mut session = backend.begin(scene, motion, settings)?;
+            let renderings = times.iter().map(|&time| session.frame(time)).collect::<Result<_, _>>()?;
+            Ok((renderings, since.elapsed().as_secs_f64()))
+        };
+        match on {
+            On::Cpu => self.pool.install(|| run(&CpuBackend)),
+            On::Gpu => run(self.gpu.of(&settings.technique)?),
+        }
     }
 
     fn all_windows(

@@ -12,9 +12,10 @@ use crate::report::bench::Ratio;
 use crate::report::skips::SkipRow;
 use crate::report::statistics::median;
 use crate::scene::Scene;
+use crate::scene::motion::{Interpolation, LightMotion, Motion, Track};
 use crate::scene::surface::plane;
 use crate::scene::trial::{Finish, Trial, scene};
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 
 /// Tolerance of the pictures, W·sr⁻¹·m⁻².
 const TOLERANCE: f32 = 1e-3;
@@ -175,8 +176,64 @@ pub fn measure(bencher: &Bencher, backends: &[On], side: u32, repeats: u32) -> R
             });
         }
     }
+    for &backend in backends {
+        bencher.say(format_args!("skip reuse, {backend}"));
+        rows.push(sequence(bencher, backend, side, repeats)?);
+    }
     bencher.say("");
     Ok(rows)
+}
+
+/// Times of the pictures of a sequence, seconds.
+const TIMES: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
+
+/// What a sequence keeps: a drawing of 540 paths over a metal floor, beside a rectangle that flickers.
+fn sequence(bencher: &Bencher, on: On, side: u32, repeats: u32) -> Result<SkipRow, Error> {
+    let mut scene = scene(Trial::Drawing.layers()?, Finish::Gloss(0.25));
+    let placement = Placement::new(DVec3::new(2.0, 0.0, 0.0), DVec3::ZERO, DVec2::ONE);
+    let flickering = AreaLight { layers: Trial::Rectangle.layers()?, placement, ..scene.lights[0].clone() };
+    let emission = Track::new(vec![(0.0, DVec3::ONE), (1.0, DVec3::splat(0.25))]);
+    let motion = LightMotion {
+        light: 1,
+        interpolation: Interpolation::Linear,
+        position: Track::still(placement.origin),
+        rotation: Track::still(DQuat::IDENTITY),
+        scale: Track::still(DVec2::ONE),
+        emission: emission.unwrap_or_else(|| Track::still(DVec3::ONE)),
+        radiances: flickering.layers.iter().map(|layer| layer.radiance).collect(),
+    };
+    scene.lights.push(flickering);
+    let motion = Motion { lights: vec![motion], camera: None, span: [0.0, 1.0] };
+    let kept = Settings { width: side, height: side, samples: 1, tolerance: TOLERANCE, ..Settings::default() };
+    let anew = Settings { skips: Skips::without(&["reuse".parse().map_err(Error::Usage)?]), ..kept };
+    let run = |settings: &Settings| bencher.sequence(on, (&scene, &motion), settings, &TIMES);
+    let pixels = f64::from(side) * f64::from(side) * TIMES.len() as f64;
+    // The first pair warms up.
+    let (with, without) = (run(&kept)?.0, run(&anew)?.0);
+    let [mut fast, mut slow] = [Vec::new(), Vec::new()];
+    for _ in 0..repeats {
+        fast.push(run(&kept)?.1 * 1e9 / pixels);
+        slow.push(run(&anew)?.1 * 1e9 / pixels);
+    }
+    let mut max_difference: f64 = 0.0;
+    for (a, b) in with.iter().zip(&without) {
+        let [a, b] = [a, b].map(|r| r.film.reflected().collect::<Vec<_>>());
+        max_difference = max_difference.max(figures(&a, &b)?.max);
+    }
+    Ok(SkipRow {
+        skip: "reuse".into(),
+        scene: "six frames of a drawing beside a light that flickers; times are of all stages".into(),
+        backend: on.to_string(),
+        device: with[0].stats.device.clone(),
+        clock: "wall clock".into(),
+        counted: "parts taken over from the frame before".into(),
+        count: with.iter().flat_map(|r| &r.stats.reused).map(|part| part.reused).sum(),
+        max_difference,
+        tolerance: f64::from(TOLERANCE),
+        nanoseconds: median(&fast),
+        nanoseconds_off: median(&slow),
+        saved: Ratio::of(&slow, &fast),
+    })
 }
 
 #[cfg(test)]
@@ -186,7 +243,7 @@ mod tests {
     #[test]
     fn every_skip_of_a_picture_has_a_case() {
         let cases: Vec<_> = CASES.iter().map(|c| c.skip).collect();
-        // What a sequence reuses shows in no single picture.
+        // What a sequence reuses shows in no single picture: it has a row of its own.
         let skips: Vec<_> = Skips::ALL.iter().map(|(name, _)| *name).filter(|name| *name != "reuse").collect();
         assert_eq!(cases, skips);
     }
