@@ -10,7 +10,8 @@ fn gather(
     tolerance: f32,
     budget: ptr<function, Budget>,
 ) -> Gathered {
-    var near = NearMap(cosine_map(images, lobe), Wide2());
+    var near: NearMap;
+    near.map = cosine_map(images, lobe);
     var close = false;
     if NEAR && needs_digits(emitter, near.map, lobe) {
         near = near_map(emitter, images, lobe);

@@ -24,10 +24,19 @@ fn needs_digits(emitter: Emitter, map: CosineMap, lobe: Lobe) -> bool {
     return flat && (map.depth == 0.0 || is_narrow(lobe) || is_close(map, lobe));
 }
 
-// A map with its foot to twice the digits.
+// A map and, to twice the digits, what sums cancel of: where the foot is kept near the light, a stretched space has it far from the
+// point nearest the origin.
 struct NearMap {
     map: CosineMap,
     foot: Wide2,
+    c0: Wide3,
+    c1: Wide3,
+    c2: Wide3,
+    normal: Wide3,
+    w0: Wide3,
+    w1: Wide3,
+    // What f32 lost of the map's surface.
+    surface_low: vec3f,
 }
 
 // The map of a flat light, the digits of all differences kept until they are formed.
@@ -102,12 +111,23 @@ fn near_map(emitter: Emitter, images: Images, lobe: Lobe) -> NearMap {
     near.foot = foot;
     near.map.foot = foot.hi;
     near.map.c2 = c2.hi;
-    near.map.w0 = wide_cross(c0, c2).hi;
-    near.map.w1 = wide_cross(c1, c2).hi;
+    near.c0 = c0;
+    near.c1 = c1;
+    near.c2 = c2;
+    near.normal = normal;
+    near.w0 = wide_cross(c0, c2);
+    near.w1 = wide_cross(c1, c2);
+    near.map.w0 = near.w0.hi;
+    near.map.w1 = near.w1.hi;
     near.map.depth = depth.hi;
     let foot_x = wide_scale3(axis_x, Wide(foot.hi.x, foot.lo.x));
     let at_foot = wide_add3(center, wide_add3(foot_x, wide_scale3(axis_y, Wide(foot.hi.y, foot.lo.y))));
-    near.map.surface = vec3f(wide_dot(z, axis_x).hi, wide_dot(z, axis_y).hi, wide_dot(z, at_foot).hi);
+    var heights = array(axis_x, axis_y, at_foot);
+    for (var k = frame.zero; k < 3u; k++) {
+        let height = wide_dot(z, heights[k]);
+        near.map.surface[k] = height.hi;
+        near.surface_low[k] = height.lo;
+    }
     return near;
 }
 
@@ -116,18 +136,37 @@ fn near_point(high: vec2f, low: vec2f, foot: Wide2) -> Wide2 {
     return wide_add2(Wide2(high, low), wide_negate2(foot));
 }
 
-fn near_height(height: Height, q: Wide2) -> Wide {
-    let p = wide_times2(widened2(height.form.xy), q);
-    return wide_add(wide_add(Wide(p.hi.x, p.lo.x), Wide(p.hi.y, p.lo.y)), Wide(height.form.z, 0.0));
+// The form of a height, in full: over z = 0 or over the surface.
+struct NearHeight {
+    form: Wide3,
+}
+
+fn near_form(near: NearMap, height: Height) -> NearHeight {
+    let lobe = vec3f(near.c0.hi.z, near.c1.hi.z, near.c2.hi.z);
+    let low = vec3f(near.c0.lo.z, near.c1.lo.z, near.c2.lo.z);
+    return NearHeight(Wide3(height.form, select(near.surface_low, low, all(height.form == lobe))));
+}
+
+fn near_height(height: NearHeight, q: Wide2) -> Wide {
+    let p = wide_times2(Wide2(height.form.hi.xy, height.form.lo.xy), q);
+    return wide_add(wide_add(Wide(p.hi.x, p.lo.x), Wide(p.hi.y, p.lo.y)), Wide(height.form.hi.z, height.form.lo.z));
+}
+
+// The image of a point relative to the foot.
+fn near_image(near: NearMap, q: Wide2) -> vec3f {
+    let x = wide_scale3(near.c0, Wide(q.hi.x, q.lo.x));
+    return wide_add3(wide_add3(x, wide_scale3(near.c1, Wide(q.hi.y, q.lo.y))), near.c2).hi;
 }
 
 // Twin of edge_integral.
-fn near_edge_integral(map: CosineMap, a: Wide2, b: Wide2) -> f32 {
-    let pa = map_point(map, a.hi);
-    let pb = map_point(map, b.hi);
+fn near_edge_integral(near: NearMap, a: Wide2, b: Wide2) -> f32 {
+    let pa = near_image(near, a);
+    let pb = near_image(near, b);
     let inv = 1.0 / (length(pa) * length(pb));
     let u = wide_add2(b, wide_negate2(a));
-    return edge_angle(edge_normal(map, wide_perp_dot(u, a).hi, u.hi), dot(pa, pb) * inv, inv);
+    let sides = wide_add3(wide_scale3(near.w0, Wide(u.hi.x, u.lo.x)), wide_scale3(near.w1, Wide(u.hi.y, u.lo.y)));
+    let normal = wide_add3(wide_scale3(near.normal, wide_perp_dot(u, a)), sides).hi;
+    return edge_angle(normal, dot(pa, pb) * inv, inv);
 }
 
 // The point at t of the edge from a to b.
@@ -142,9 +181,10 @@ struct NearMeeting {
 }
 
 // Twin of meeting.
-fn near_meeting(plane: Horizon, a: Wide2, b: Wide2) -> NearMeeting {
-    let ha = near_height(plane.height, a);
-    let hb = near_height(plane.height, b);
+fn near_meeting(near: NearMap, plane: Horizon, a: Wide2, b: Wide2) -> NearMeeting {
+    let height = near_form(near, plane.height);
+    let ha = near_height(height, a);
+    let hb = near_height(height, b);
     var at = Wide(0.0, 0.0);
     if (ha.hi > 0.0) != (hb.hi > 0.0) {
         at = wide_over(ha, wide_add(ha, wide_negate(hb)));
@@ -157,19 +197,19 @@ fn is_after(a: Wide, b: Wide) -> bool {
 }
 
 // Twin of closing.
-fn near_closing(map: CosineMap, plane: Horizon, meeting: NearMeeting, inside: bool, a: Wide2, b: Wide2) -> f32 {
+fn near_closing(near: NearMap, plane: Horizon, meeting: NearMeeting, inside: bool, a: Wide2, b: Wide2) -> f32 {
     if meeting.coarse.start == meeting.coarse.end {
         return 0.0;
     }
     var up = plane.corner;
     if inside {
-        up = plane_crossing(plane, map_point(map, near_along(a, b, meeting.at).hi));
+        up = plane_crossing(plane, near_image(near, near_along(a, b, meeting.at)));
     }
     return select(-up, up, meeting.coarse.end);
 }
 
 // Twin of edge_above and cut_edge.
-fn near_edge_above(map: CosineMap, clip: Clip, place: u32, a: Wide2, b: Wide2) -> f32 {
+fn near_edge_above(near: NearMap, clip: Clip, place: u32, a: Wide2, b: Wide2) -> f32 {
     if place >= PLACE_BELOW {
         if clip.planes < 2u {
             return 0.0;
@@ -178,15 +218,15 @@ fn near_edge_above(map: CosineMap, clip: Clip, place: u32, a: Wide2, b: Wide2) -
         if place == PLACE_BELOW {
             plane = clip.second;
         }
-        return plane.corner * near_far_sign(plane.height, a, b);
+        return plane.corner * near_far_sign(near_form(near, plane.height), a, b);
     }
     var start = Wide(0.0, 0.0);
     var end = Wide(1.0, 0.0);
     var sum = 0.0;
     if place == PLACE_CUT {
-        var meetings = array(near_meeting(clip.first, a, b), NearMeeting(Meeting(true, true, 0.0), Wide(0.0, 0.0)));
+        var meetings = array(near_meeting(near, clip.first, a, b), NearMeeting(Meeting(true, true, 0.0), Wide(0.0, 0.0)));
         if clip.planes == 2u {
-            meetings[1] = near_meeting(clip.second, a, b);
+            meetings[1] = near_meeting(near, clip.second, a, b);
         }
         // Of two crossings at one place, in one direction, that of the first is inside and that of the second is not.
         let first_is_after = is_after(meetings[0].at, meetings[1].at);
@@ -198,7 +238,7 @@ fn near_edge_above(map: CosineMap, clip: Clip, place: u32, a: Wide2, b: Wide2) -
                 plane = clip.second;
                 inside = is_above(meetings[0].coarse, first_is_after);
             }
-            sum += near_closing(map, plane, meeting, inside, a, b);
+            sum += near_closing(near, plane, meeting, inside, a, b);
             let of_plane = part_above(meeting.coarse);
             if of_plane.x > 0.0 && is_after(meeting.at, start) {
                 start = meeting.at;
@@ -223,10 +263,10 @@ fn near_edge_above(map: CosineMap, clip: Clip, place: u32, a: Wide2, b: Wide2) -
     if end.hi < 1.0 {
         to_end = near_along(a, b, end);
     }
-    return sum + near_edge_integral(map, from_start, to_end);
+    return sum + near_edge_integral(near, from_start, to_end);
 }
 
-fn near_far_sign(height: Height, a: Wide2, b: Wide2) -> f32 {
+fn near_far_sign(height: NearHeight, a: Wide2, b: Wide2) -> f32 {
     return f32(near_height(height, b).hi > 0.0) - f32(near_height(height, a).hi > 0.0);
 }
 
@@ -364,7 +404,7 @@ fn near_tree_integral(
             }
         }
         if kind != CLUSTER {
-            contour += near_edge_above(map, clip, place, a, b);
+            contour += near_edge_above(near, clip, place, a, b);
         }
         if piece {
             a = b;
