@@ -30,7 +30,9 @@ fn shading_frame(normal: vec3f, view: vec3f) -> ShadingFrame {
 // The cosine between two vectors whose lengths are 1 but for their rounding, rounded once: the axis of a needle follows its last
 // digit.
 fn unit_cosine(a: vec3f, b: vec3f) -> f32 {
-    let lengths = wide_dot(widened3(a), widened3(a)).hi - 1.0 + (wide_dot(widened3(b), widened3(b)).hi - 1.0);
+    let length_a = wide_dot(widened3(a), widened3(a));
+    let length_b = wide_dot(widened3(b), widened3(b));
+    let lengths = (length_a.hi - 1.0 + length_a.lo) + (length_b.hi - 1.0 + length_b.lo);
     let cosine = wide_dot(widened3(a), widened3(b));
     return cosine.hi + (cosine.lo - 0.5 * lengths * cosine.hi);
 }
