@@ -114,7 +114,7 @@ fn what_was_found_stays_fixed() {
     assert!(cases >= 10 && moved_faults * 2 > cases, "{moved_faults} of {cases}");
 }
 
-/// With twice the digits near a light and in needles: beyond the tolerance is one in two thousand of the cases drawn.
+/// With twice the digits near a light and in needles: beyond the tolerance is one in ten thousand of the cases drawn.
 #[cfg(feature = "gpu")]
 #[test]
 fn the_shaders_stand() {
@@ -124,5 +124,5 @@ fn the_shaders_stand() {
     let shown: Vec<_> = fails.iter().take(3).map(|fail| (fail.index, fail.kinds, fail.judged)).collect();
     println!("{all:?} {shown:?}");
     assert_eq!((all.not_finite, all.negative), (0, 0), "{shown:?}");
-    assert!(all.faults() * 1000 < all.cases, "{all:?} {shown:?}");
+    assert!(all.faults() * 2500 < all.cases, "{all:?} {shown:?}");
 }
