@@ -18,7 +18,7 @@ fn clip_emission(emitter: Emitter, map: CosineMap, lobe: Lobe) -> Clip {
     return clip_light(map, lobe.row_z, center - map.foot, half);
 }
 
-// Pictures are walked in f32, on the CPU as well.
+// Pictures are walked in f32; on the CPU in f64 where they are close.
 fn near_emission(
     emitter: Emitter,
     images: Images,

@@ -1,6 +1,6 @@
 // Shading points so close to a light, or lobes so narrow, that f32 would show: the shading frame, the map to cosine space and
-// the walk over the tree with twice the digits where differences cancel, and f32 where they don't. Twin of wide_integral in
-// src/kernel/tree.rs and of wide in src/backend/gather.rs, which do all of it in f64.
+// the walk over the tree with twice the digits where differences cancel, and f32 where they don't. The twins of src/kernel and of
+// clipped_wide in src/backend/gather.rs do all of it in f64.
 
 // Distance from the light's plane over its half-width, in cosine space, below which coordinates need their low parts.
 const CLOSE: f32 = 0.00390625;

@@ -1,5 +1,6 @@
 //! The kernel in f64, one shading point at a time: for points so close to a light, or lobes so narrow, that f32 would show
-//! ([`super::map::CosineMap::is_close`]). The formulas are those of [`super::lanes`]. The shaders have no such numbers.
+//! ([`super::map::CosineMap::is_close`]). The formulas are those of the modules beside it. The shaders
+//! have pairs of f32 instead: `shaders/wide.wgsl`.
 
 use super::lanes::{Doubles, Lanes, Real, Triple, Vector};
 use super::map::PlanePoint;
