@@ -40,7 +40,7 @@ fn light_pixels(
     }
     var sums = Sums();
     // One budget for all lights that are integrated, and all lobes: it is the picture that is within the tolerance.
-    var budget = Budget(0.0, SHARE);
+    var budget = Budget(1.0);
     var tolerance = frame.tolerance * (1.0 - skipped.spent * SKIP_SHARE);
     let cluster_tolerance = tolerance * CLUSTER_PART;
     if CLUSTERS {

@@ -21,7 +21,7 @@ fn read_meter(@builtin(global_invocation_id) id: vec3u) {
             if k == 1u {
                 lobe = ltc_lobe(point.alpha, shading.cos_theta);
             }
-            var budget = Budget(0.0, SHARE);
+            var budget = Budget(1.0);
             gathered[k] = gather(emitter, images, lobe, point.tolerance, &budget);
         }
     }

@@ -63,8 +63,11 @@ fn mosaic_integral(
         }
         if tiles[i].deviation > 0.0 {
             let e = expansion_about(map, center, half);
-            let bound = expansion_bound(e, tiles[i].deviation, tiles[i].deviation_3, place, false);
-            if !budget_accept(budget, bound, tolerance) {
+            var bound = magnitude(e, tiles[i].deviation);
+            if place == PLACE_ABOVE {
+                bound = remainder(e, tiles[i].deviation_3, 3u);
+            }
+            if !budget_accept(budget, bound.numerator, bound.denominator, tolerance) {
                 i += 1u;
                 continue;
             }

@@ -336,7 +336,7 @@ fn near_tree_integral(
         var center: vec2f;
         var half: vec2f;
         var area: f32;
-        var area_3: f32;
+        var area_4: f32;
         var centroid: vec2f;
         if piece {
             let width = 1.0 / f32(1u << level);
@@ -366,14 +366,19 @@ fn near_tree_integral(
             center = near_point(nodes[i].center, vec2f(), near.foot).hi;
             half = nodes[i].half;
             area = node_area(nodes[i].areas);
-            area_3 = node_area_3(nodes[i].areas);
+            area_4 = node_area_4(nodes[i].areas);
         }
         let kind = link & ~LINK_MASK;
         let place = box_place(clip, center, half);
         let e = expansion_about(map, center, half);
         var accept = false;
         if kind != SEGMENT && place < PLACE_BELOW {
-            accept = budget_accept(budget, expansion_bound(e, abs(area), area_3, place, piece), tolerance);
+            var bound = magnitude(e, abs(area));
+            if place == PLACE_ABOVE {
+                // The zeroth order about the centroid of a sliver, whose integral of rho^2 |dA| is no more than half its area.
+                bound = remainder(e, select(area_4, 0.5 * abs(area), piece), select(4u, 2u, piece));
+            }
+            accept = budget_accept(budget, bound.numerator, bound.denominator, tolerance);
         }
         if !accept && kind != SEGMENT && place < PLACE_BELOW && level < DEEPEST {
             if piece {

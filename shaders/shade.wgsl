@@ -4,21 +4,21 @@
 // Whether any emission has a picture.
 override PICTURES: bool = true;
 
-// What the tolerance still allows at one shading point: the sum of the accepted bounds, and the largest bound that the next
-// node may have, both in tolerances. Only techniques with an error bound heed it.
+// What the tolerance still allows at one shading point. Only techniques with an error bound heed it.
 struct Budget {
-    spent: f32,
-    share: f32,
+    // SLACK over the sum of itself and the accepted bounds, in tolerances: 1 where nothing has been spent.
+    left: f32,
 }
 
 const INFINITE_BOUND: f32 = 3e38;
 
-// Whether a node with this error bound need not be refined; if so, its bound is spent.
-fn budget_accept(budget: ptr<function, Budget>, bound: f32, tolerance: f32) -> bool {
-    if bound <= tolerance * (*budget).share {
-        (*budget).spent += bound / tolerance;
-        let left = SLACK / (SLACK + (*budget).spent);
-        (*budget).share = left * left * SHARE;
+// Whether a node with this error bound, as a fraction, need not be refined; if so, its bound is spent.
+fn budget_accept(budget: ptr<function, Budget>, numerator: f32, denominator: f32, tolerance: f32) -> bool {
+    let left = (*budget).left;
+    let allowed = denominator * tolerance;
+    if numerator <= allowed * left * left * SHARE {
+        // 1/left grows by the bound over SLACK.
+        (*budget).left = left * allowed / (left * numerator / SLACK + allowed);
         return true;
     }
     return false;

@@ -20,89 +20,14 @@ struct Integral {
     visited: u32,
 }
 
-// The expansion point of a region in cosine space.
-struct Expansion {
-    // Unit direction of the region's centre.
-    dir: vec3f,
-    // 1/|p|.
-    inv: f32,
-    // D / (pi*|p|^3).
-    scale: f32,
-    // Squared ratio of the region's radius to |p|.
-    s2: f32,
-}
-
-fn expansion_about(map: CosineMap, center: vec2f, half: vec2f) -> Expansion {
-    let p = map_point(map, center);
-    let inv2 = 1.0 / dot(p, p);
-    let inv = sqrt(inv2);
-    let r2 = half.x * half.x * map.gram.x + half.y * half.y * map.gram.z + 2.0 * half.x * half.y * abs(map.gram.y);
-    return Expansion(p * inv, inv, map.depth / PI * inv2 * inv, r2 * inv2);
-}
-
-// Two bounds in one word: see `areas` in src/kernel/tree.rs.
-fn node_area(areas: u32) -> f32 {
-    return bitcast<f32>(areas & 0xffff0000u);
-}
-
-fn node_area_3(areas: u32) -> f32 {
-    return bitcast<f32>(areas << 16u);
-}
-
-// Bound of what an expansion leaves out, for a region above the horizon: of the second order for a node, from the integral of
-// rho^3 |dA|; of the zeroth about its centroid for a piece of a leaf, whose integral of rho^2 |dA| is no more than half its
-// area. For a region that a horizon may cut, the bound of its whole integral, from its area. Infinite where the region reaches
-// as far as the origin.
-//
-// The nth term of k about p is at most (n+1)(n+2)/2*s^n of the scale: p/|p|^4 has the complex generating function
-// (1 - s*e^(i*theta))^-2 (1 - s*e^(-i*theta))^-1. Of the third, 10*z + 3.52*sqrt(1 - z^2) is the exact maximum.
-fn expansion_bound(e: Expansion, area: f32, area_3: f32, place: u32, piece: bool) -> f32 {
-    let s = sqrt(e.s2);
-    let gap = 1.0 - s;
-    if !(gap > 0.0) {
-        return INFINITE_BOUND;
-    }
-    let gap_3 = 1.0 / (gap * gap * gap);
-    let third = min(10.0 * e.dir.z + 3.52, 10.0);
-    let second = min(6.0 * e.dir.z + 2.0, 6.0);
-    var terms = area * clamp((e.dir.z + s) / gap, 0.0, 1.0) * gap_3;
-    if place == PLACE_ABOVE {
-        let remainder = area_3 * e.s2 * s * (third + s * (15.0 - s * (24.0 - 10.0 * s)) * gap_3);
-        let remainder_at_centroid = 0.5 * area * e.s2 * (second + s * (10.0 - s * (15.0 - 6.0 * s)) * gap_3);
-        terms = select(remainder, remainder_at_centroid, piece);
-    }
-    return abs(e.scale) * terms;
-}
-
-// k, grad k and the parts of H that go with the moments m0, m1 and m2.
-struct Derivatives {
-    value: f32,
-    gradient: vec2f,
-    curvature: vec3f,
-}
-
-// The kernel and its derivatives at the centre, times the factors of Taylor's series.
-fn expansion_derivatives(map: CosineMap, e: Expansion) -> Derivatives {
-    let z = e.dir.z;
-    let z0 = map.c0.z * e.inv;
-    let z1 = map.c1.z * e.inv;
-    let b0 = dot(map.c0, e.dir) * e.inv;
-    let b1 = dot(map.c1, e.dir) * e.inv;
-    let inv2 = e.inv * e.inv;
-    let h00 = 6.0 * z * b0 * b0 - 2.0 * z0 * b0 - z * map.gram.x * inv2;
-    let h01 = 6.0 * z * b0 * b1 - z0 * b1 - z1 * b0 - z * map.gram.y * inv2;
-    let h11 = 6.0 * z * b1 * b1 - 2.0 * z1 * b1 - z * map.gram.z * inv2;
-    let gradient = vec2f(z0 - 4.0 * z * b0, z1 - 4.0 * z * b1) * e.scale;
-    return Derivatives(e.scale * z, gradient, vec3f(2.0 * h00, 4.0 * h01, 2.0 * h11) * e.scale);
-}
-
-// k*m0 + grad k*m1 + 1/2 H:m2.
+// The expansion's integral over a node.
 fn region_integral(map: CosineMap, e: Expansion, i: u32) -> f32 {
     let d = expansion_derivatives(map, e);
-    loaded += 24u;
+    loaded += 40u;
     let first = d.gradient.x * nodes[i].m1[0] + d.gradient.y * nodes[i].m1[1];
     let second = d.curvature.x * nodes[i].m2[0] + d.curvature.y * nodes[i].m2[1] + d.curvature.z * nodes[i].m2[2];
-    return d.value * nodes[i].m0 + first + second;
+    let third = d.third.x * nodes[i].m3[0] + d.third.y * nodes[i].m3[1] + d.third.z * nodes[i].m3[2] + d.third.w * nodes[i].m3[3];
+    return d.value * nodes[i].m0 + first + second + third;
 }
 
 // Where a box lies with respect to all horizons.
@@ -196,7 +121,7 @@ fn tree_integral(
         var center: vec2f;
         var half: vec2f;
         var area: f32;
-        var area_3: f32;
+        var area_4: f32;
         var centroid: vec2f;
         if piece {
             let width = 1.0 / f32(1u << level);
@@ -224,14 +149,19 @@ fn tree_integral(
             center = nodes[i].center - map.foot;
             half = nodes[i].half;
             area = node_area(nodes[i].areas);
-            area_3 = node_area_3(nodes[i].areas);
+            area_4 = node_area_4(nodes[i].areas);
         }
         let kind = link & ~LINK_MASK;
         let place = box_place(clip, center, half);
         let e = expansion_about(map, center, half);
         var accept = false;
         if kind != SEGMENT && place < PLACE_BELOW {
-            accept = budget_accept(budget, expansion_bound(e, abs(area), area_3, place, piece), tolerance);
+            var bound = magnitude(e, abs(area));
+            if place == PLACE_ABOVE {
+                // The zeroth order about the centroid of a sliver, whose integral of rho^2 |dA| is no more than half its area.
+                bound = remainder(e, select(area_4, 0.5 * abs(area), piece), select(4u, 2u, piece));
+            }
+            accept = budget_accept(budget, bound.numerator, bound.denominator, tolerance);
         }
         if !accept && kind != SEGMENT && place < PLACE_BELOW && level < DEEPEST {
             if piece {

@@ -118,6 +118,7 @@ struct Node {
     m0: f32,
     m1: array<f32, 2>,
     m2: array<f32, 3>,
+    m3: array<f32, 4>,
     areas: u32,
     link: u32,
 }

@@ -7,7 +7,7 @@ use crate::brdf::ltc::{InverseMatrix, Lobe};
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::lanes::{Lanes, Mask, Real, Triple, Vector};
 use crate::kernel::packet::{DoublePacket, MAX_LANES, Packet, PacketMask, Processor, Simd, Task};
-use crate::kernel::tree::{Budget, SHARE, tree_integral};
+use crate::kernel::tree::{Budget, tree_integral};
 use crate::light::simple::Facing;
 use crate::light::tree::Tree;
 use glam::DVec3;
@@ -26,8 +26,7 @@ pub struct PointPacket {
     /// The third rows of M.
     row_z: [[f32; MAX_LANES]; 3],
     /// What their tolerances still allow.
-    spent: [f32; MAX_LANES],
-    share: [f32; MAX_LANES],
+    left: [f32; MAX_LANES],
 }
 
 /// What is asked of an emission at the points of a packet.
@@ -80,8 +79,7 @@ impl Default for PointPacket {
             frame: [[[0.0; MAX_LANES]; 3]; 3],
             m_inv: [[0.0; MAX_LANES]; 5],
             row_z: [[0.0; MAX_LANES]; 3],
-            spent: [0.0; MAX_LANES],
-            share: [SHARE; MAX_LANES],
+            left: [1.0; MAX_LANES],
         }
     }
 }
@@ -118,18 +116,17 @@ impl PointPacket {
         for (entry, value) in self.m_inv.iter_mut().zip([xx, xz, yy, zx, zz]) {
             entry[lane] = value;
         }
-        let Budget { spent, share } = Budget::default();
-        (self.spent[lane], self.share[lane]) = (spent, share);
+        self.set_budget(lane, Budget::default());
     }
 
     /// What the tolerance of a lane still allows.
     pub fn budget(&self, lane: usize) -> Budget {
-        Budget { spent: self.spent[lane], share: self.share[lane] }
+        Budget { left: self.left[lane] }
     }
 
     /// What it allows from now on.
-    pub fn set_budget(&mut self, lane: usize, Budget { spent, share }: Budget) {
-        (self.spent[lane], self.share[lane]) = (spent, share);
+    pub fn set_budget(&mut self, lane: usize, Budget { left }: Budget) {
+        self.left[lane] = left;
     }
 
     /// Asks.
@@ -202,14 +199,13 @@ impl Task for Asking<'_> {
         answer.integrated = far.bits();
         if far.any() {
             let tolerance = like.load(tolerance);
-            let mut budget = Budget { spent: like.load(&points.spent), share: like.load(&points.share) };
+            let mut budget = Budget { left: like.load(&points.left) };
             let clip = &view.clipped.clip;
             let integral = tree_integral(&view.map, clip, tree.view(), tolerance, &mut budget, far);
             let value = Packet::select(back, -integral.value, integral.value);
             value.between(0.0, 1.0).store(&mut answer.value);
             integral.visited.store(&mut answer.visited);
-            budget.spent.store(&mut points.spent);
-            budget.share.store(&mut points.share);
+            budget.left.store(&mut points.left);
         }
         answer
     }

@@ -12,6 +12,7 @@ pub mod cluster_walk;
 pub mod cubic;
 pub mod curve;
 pub mod edge;
+pub mod expansion;
 pub mod frame;
 pub mod horizon;
 pub mod lanes;

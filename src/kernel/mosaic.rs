@@ -5,10 +5,11 @@
 //! of the kernel k with the moments of the difference (whose mean is nothing), as in [`super::tree`]; where its error bound
 //! is above the tolerance the walk goes on with the two halves of the tile, down to tiles of one colour.
 
+use super::expansion::Expansion;
 use super::horizon::Clip;
 use super::lanes::Lanes;
 use super::map::{CosineMap, PlanePoint};
-use super::tree::{Budget, Expansion, Handles, LowEnds, Node, Nodes, place, tree_integral};
+use super::tree::{Budget, Handles, LowEnds, Node, Nodes, place, tree_integral};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, Vec2, Vec3};
 
@@ -98,7 +99,7 @@ pub fn mosaic_integral<L: Lanes<Mask = bool, Index = u32>>(
         if tile.deviation > 0.0 {
             let expansion = Expansion::new(map, center, half);
             let bound = if place.above {
-                expansion.remainder(tolerance.splat(tile.deviation_3))
+                expansion.remainder::<3>(tolerance.splat(tile.deviation_3))
             } else {
                 expansion.magnitude(tolerance.splat(tile.deviation))
             };

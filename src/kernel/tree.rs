@@ -1,12 +1,13 @@
 //! The walk over the chord–moment tree. Twin: `shaders/tree.wgsl`.
 //!
 //! A node is a region of the light's plane: a *run* of the contour closed by its chord, or a *cluster* of whole
-//! contours (no chord). Far from the node its region is k(c)·m0 + ∇k(c)·m1 + ½ H(c):m2, the second-order Taylor
-//! expansion of the kernel k = D·z / (π·|p|⁴) about the node's centre c with the region's moments; a run adds
-//! its chord exactly. The walk refines a node whose remainder is above the tolerance or which a horizon cuts.
+//! contours (no chord). Far from the node its region is the third-order Taylor expansion of the kernel about the node's centre
+//! with the region's moments ([`super::expansion`]); a run adds its chord exactly. The walk refines a node whose remainder is
+//! above the tolerance or which a horizon cuts.
 
 use super::cubic::cubic_point;
 use super::edge::edge_integral;
+use super::expansion::{Bound, Expansion};
 use super::horizon::{Clip, Horizon, cut_edge};
 use super::lanes::{Lanes, Mask, Real, Vector};
 use super::map::{CosineMap, PlanePoint};
@@ -46,16 +47,18 @@ pub struct Node {
     pub m1: [f32; 2],
     /// ∫x² dA, ∫xy dA, ∫y² dA.
     pub m2: [f32; 3],
-    /// Unsigned area, and the same integral of ρ³, ρ the larger of |x| and |y| in half-extents of the box: see [`areas`].
+    /// ∫x³ dA, ∫x²y dA, ∫xy² dA, ∫y³ dA.
+    pub m3: [f32; 4],
+    /// Unsigned area, and the same integral of ρ⁴, ρ the larger of |x| and |y| in half-extents of the box: see [`areas`].
     pub areas: u32,
     /// Kind and index.
     pub link: u32,
 }
 
 /// Two bounds in one word: the upper 16 bits of each, rounded up.
-pub fn areas(area: f32, area_3: f32) -> u32 {
+pub fn areas(area: f32, area_4: f32) -> u32 {
     let up = |v: f32| v.to_bits().saturating_add(0xffff) & !0xffff;
-    up(area) | up(area_3) >> 16
+    up(area) | up(area_4) >> 16
 }
 
 impl Node {
@@ -65,9 +68,9 @@ impl Node {
         f32::from_bits(self.areas & !0xffff)
     }
 
-    /// ∫ρ³|dA|, ρ the larger of |x| and |y| in half-extents of the box.
+    /// ∫ρ⁴|dA|, ρ the larger of |x| and |y| in half-extents of the box.
     #[inline(always)]
-    pub fn area_3(&self) -> f32 {
+    pub fn area_4(&self) -> f32 {
         f32::from_bits(self.areas << 16)
     }
 }
@@ -114,100 +117,6 @@ pub struct Integral<L: Lanes = f32> {
     pub visited: L::Index,
 }
 
-/// The expansion point of a region in cosine space.
-pub(super) struct Expansion<L: Lanes> {
-    /// Unit direction of the region's centre.
-    dir: L::Vec3,
-    /// 1/|p|.
-    inv: L,
-    /// D / (π·|p|³).
-    scale: L,
-    /// Squared ratio of the region's radius to |p|.
-    s2: L,
-}
-
-impl<L: Lanes> Expansion<L> {
-    #[inline(always)]
-    pub(super) fn new(map: &CosineMap<L>, center: L::Vec2, half: L::Vec2) -> Self {
-        let p = map.point(center);
-        let inv2 = map.depth.splat(1.0) / p.length_squared();
-        let inv = inv2.sqrt();
-        let [g00, g01, g11] = map.gram;
-        let (x, y) = (half.x(), half.y());
-        let r2 = x * x * g00 + y * y * g11 + x * y * g01.abs() * 2.0;
-        Self { dir: p * inv, inv, scale: map.depth * FRAC_1_PI * inv2 * inv, s2: r2 * inv2 }
-    }
-
-    /// |D|/(π·|p|³) · area · terms(s, 1/(1 − s)³). Infinite where the region reaches as far as the origin.
-    #[inline(always)]
-    fn bound(&self, area: L, terms: impl Fn(L, L) -> L) -> L {
-        let s = self.s2.sqrt();
-        let gap = -s + 1.0;
-        let whole = self.scale.abs() * area * terms(s, s.splat(1.0) / (gap * gap * gap));
-        L::select(gap.is_positive(), whole, s.splat(f32::INFINITY))
-    }
-
-    /// Bound of the second-order expansion's remainder for a region above the horizon, from ∫ρ³|dA|.
-    ///
-    /// The nth term of k about p is at most (n+1)(n+2)/2·sⁿ of the scale: p/|p|⁴ has the complex generating function
-    /// (1 − s·e^iθ)⁻²(1 − s·e^−iθ)⁻¹. Of the third, 10ẑ + 3.52·√(1 − ẑ²) is the exact maximum.
-    #[inline(always)]
-    pub(super) fn remainder(&self, area_3: L) -> L {
-        let third = (self.dir.z() * 10.0 + 3.52).min(self.s2.splat(10.0));
-        self.bound(area_3, |s, gap_3| self.s2 * s * (third + s * (-s * (-s * 10.0 + 24.0) + 15.0) * gap_3))
-    }
-
-    /// Bound of the zeroth-order expansion's remainder about the centroid of a sliver above the horizon, whose ∫ρ²|dA| is no
-    /// more than half its area.
-    #[inline(always)]
-    fn remainder_at_centroid(&self, area: L) -> L {
-        let second = (self.dir.z() * 6.0 + 2.0).min(self.s2.splat(6.0));
-        self.bound(area * 0.5, |s, gap_3| self.s2 * (second + s * (-s * (-s * 6.0 + 15.0) + 10.0) * gap_3))
-    }
-
-    /// Bound of the region's whole integral, wherever the horizon cuts it.
-    #[inline(always)]
-    pub(super) fn magnitude(&self, area: L) -> L {
-        self.bound(area, |s, gap_3| ((self.dir.z() + s) / (-s + 1.0)).between(0.0, 1.0) * gap_3)
-    }
-
-    /// k·m0 + ∇k·m1 + ½ H:m2.
-    #[inline(always)]
-    fn region(&self, map: &CosineMap<L>, node: &Node) -> L {
-        let Derivatives { value, gradient, curvature } = self.derivatives(map);
-        let first = gradient[0] * node.m1[0] + gradient[1] * node.m1[1];
-        let second = curvature[0] * node.m2[0] + curvature[1] * node.m2[1] + curvature[2] * node.m2[2];
-        value * node.m0 + first + second
-    }
-
-    /// The kernel and its derivatives at the centre, times the factors of Taylor's series.
-    #[inline(always)]
-    pub(super) fn derivatives(&self, map: &CosineMap<L>) -> Derivatives<L> {
-        let z = self.dir.z();
-        let (z0, z1) = (map.c0.z() * self.inv, map.c1.z() * self.inv);
-        let (b0, b1) = (map.c0.dot(self.dir) * self.inv, map.c1.dot(self.dir) * self.inv);
-        let inv2 = self.inv * self.inv;
-        let [g00, g01, g11] = map.gram;
-        let z6 = z * 6.0;
-        let h00 = z6 * b0 * b0 - z0 * b0 * 2.0 - z * g00 * inv2;
-        let h01 = z6 * b0 * b1 - z0 * b1 - z1 * b0 - z * g01 * inv2;
-        let h11 = z6 * b1 * b1 - z1 * b1 * 2.0 - z * g11 * inv2;
-        let z4 = z * 4.0;
-        Derivatives {
-            value: self.scale * z,
-            gradient: [(z0 - z4 * b0) * self.scale, (z1 - z4 * b1) * self.scale],
-            curvature: [h00 * 2.0 * self.scale, h01 * 4.0 * self.scale, h11 * 2.0 * self.scale],
-        }
-    }
-}
-
-/// k, ∇k and the parts of H that go with the moments m0, m1 and m2.
-pub(super) struct Derivatives<L> {
-    pub(super) value: L,
-    pub(super) gradient: [L; 2],
-    pub(super) curvature: [L; 3],
-}
-
 /// What the tolerance still allows at one shading point: one budget for all its lights and lobes, so that it is the
 /// picture that is within the tolerance.
 ///
@@ -215,10 +124,8 @@ pub(super) struct Derivatives<L> {
 /// half the tolerance, and the more has been spent the less the next node may.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget<L: Lanes = f32> {
-    /// Sum of the accepted bounds, in tolerances.
-    pub spent: L,
-    /// The largest bound that the next node may have, in tolerances.
-    pub share: L,
+    /// [`SLACK`] over the sum of itself and the accepted bounds, in tolerances: 1 where nothing has been spent.
+    pub left: L,
 }
 
 /// The largest bound that the first node may have, in tolerances.
@@ -228,19 +135,21 @@ pub const SLACK: f32 = 1.0;
 
 impl Default for Budget {
     fn default() -> Self {
-        Self { spent: 0.0, share: SHARE }
+        Self { left: 1.0 }
     }
 }
 
 impl<L: Lanes> Budget<L> {
     /// Where a node with this error bound need not be refined, of the lanes that ask; there, its bound is spent.
     #[inline(always)]
-    pub(super) fn accept(&mut self, bound: L, tolerance: L, asking: L::Mask) -> L::Mask {
-        let accepted = asking & bound.at_most(tolerance * self.share);
+    pub(super) fn accept(&mut self, bound: Bound<L>, tolerance: L, asking: L::Mask) -> L::Mask {
+        let Bound { numerator, denominator } = bound;
+        let allowed = denominator * tolerance;
+        let accepted = asking & numerator.at_most(allowed * self.left * self.left * SHARE);
         if accepted.any() {
-            self.spent = L::select(accepted, self.spent + bound / tolerance, self.spent);
-            let left = bound.splat(SLACK) / (self.spent + SLACK);
-            self.share = left * left * SHARE;
+            // 1/left grows by the bound over SLACK.
+            let left = self.left * allowed / (self.left * numerator * (1.0 / SLACK) + allowed);
+            self.left = L::select(accepted, left, self.left);
         }
         accepted
     }
@@ -379,10 +288,10 @@ impl<'a, P: PlanePoint> Lobe<'a, P> {
             return false;
         }
         let expansion = Expansion::new(map, center, half);
-        let mut bound = expansion.remainder(map.depth.splat(node.area_3()));
+        let mut bound = expansion.remainder::<4>(map.depth.splat(node.area_4()));
         if (lit & !place.above).any() {
             let whole = expansion.magnitude(map.depth.splat(node.area()));
-            bound = P::Lanes::select(place.above, bound, whole);
+            bound = Bound::select(place.above, bound, whole);
         }
         let accepted = budget.accept(bound, tolerance, lit);
         if accepted.any() {
@@ -474,9 +383,10 @@ impl<'a, P: PlanePoint> Lobe<'a, P> {
             let place = place(map.depth, horizons, center, half);
             let lit = awake & !place.below();
             let expansion = Expansion::new(map, center, half);
-            let mut bound = expansion.remainder_at_centroid(area.abs());
+            // The zeroth order about the centroid of a sliver, whose ∫ρ²|dA| is no more than half its area.
+            let mut bound = expansion.remainder::<2>(area.abs() * 0.5);
             if (lit & !place.above).any() {
-                bound = P::Lanes::select(place.above, bound, expansion.magnitude(area.abs()));
+                bound = Bound::select(place.above, bound, expansion.magnitude(area.abs()));
             }
             let accepted = budget.accept(bound, tolerance, lit);
             let halved = lit & !accepted;

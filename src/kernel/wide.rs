@@ -19,14 +19,14 @@ impl From<f32> for Wide {
 }
 
 impl From<Budget> for Budget<Wide> {
-    fn from(Budget { spent, share }: Budget) -> Self {
-        Self { spent: spent.into(), share: share.into() }
+    fn from(Budget { left }: Budget) -> Self {
+        Self { left: left.into() }
     }
 }
 
 impl From<Budget<Wide>> for Budget {
-    fn from(Budget { spent, share }: Budget<Wide>) -> Self {
-        Self { spent: spent.0 as f32, share: share.0 as f32 }
+    fn from(Budget { left }: Budget<Wide>) -> Self {
+        Self { left: left.0 as f32 }
     }
 }
 

@@ -200,10 +200,10 @@ impl Part {
         }
     }
 
-    /// ∫ρ³|dA| about the middle of a box, ρ the larger of |x| and |y| in its half-extents: 1/5 ∮ρ³ q × dq, since ρ³ is
+    /// ∫ρ⁴|dA| about the middle of a box, ρ the larger of |x| and |y| in its half-extents: 1/6 ∮ρ⁴ q × dq, since ρ⁴ is
     /// homogeneous. Never more than the area.
-    fn area_3(&self, center: DVec2, half: DVec2) -> f64 {
-        /// ρ³ is not smooth where |x| = |y|: what quadrature may lose there.
+    fn area_4(&self, center: DVec2, half: DVec2) -> f64 {
+        /// ρ⁴ is not smooth where |x| = |y|: what quadrature may lose there.
         const MARGIN: f64 = 1.02;
         if !self.sound {
             return self.region.area;
@@ -213,13 +213,13 @@ impl Part {
             let local = CubicBez::new(p0, p1, p2, p3);
             let at = |t: f64| {
                 let p = local.eval(t);
-                p.abs().max_element().powi(3) * p.perp_dot(local.tangent(t))
+                p.abs().max_element().powi(4) * p.perp_dot(local.tangent(t))
             };
             GAUSS.iter().map(|(x, w)| 0.5 * w * (at(0.5 - 0.5 * x) + at(0.5 + 0.5 * x))).sum::<f64>()
         };
         let around = |edges: &Vec<CubicBez>| edges.iter().map(along).sum::<f64>().abs();
         let sum: f64 = self.loops.iter().map(around).sum();
-        (MARGIN / 5.0 * half.element_product() * sum).min(self.region.area)
+        (MARGIN / 6.0 * half.element_product() * sum).min(self.region.area)
     }
 }
 
@@ -381,6 +381,8 @@ struct Region {
     m1: DVec2,
     /// xx, xy, yy.
     m2: [f64; 3],
+    /// xxx, xxy, xyy, yyy.
+    m3: [f64; 4],
     area: f64,
 }
 
@@ -397,6 +399,16 @@ impl Region {
                 self.m2[1] + d.x * self.m1.y + d.y * self.m1.x + d.x * d.y * self.m0,
                 self.m2[2] + 2.0 * d.y * self.m1.y + d.y * d.y * self.m0,
             ],
+            m3: {
+                let ([xx, xy, yy], [xxx, xxy, xyy, yyy]) = (self.m2, self.m3);
+                let (m0, m1) = (self.m0, self.m1);
+                [
+                    xxx + 3.0 * d.x * xx + 3.0 * d.x * d.x * m1.x + d.x * d.x * d.x * m0,
+                    xxy + d.y * xx + 2.0 * d.x * xy + d.x * d.x * m1.y + 2.0 * d.x * d.y * m1.x + d.x * d.x * d.y * m0,
+                    xyy + d.x * yy + 2.0 * d.y * xy + d.y * d.y * m1.x + 2.0 * d.x * d.y * m1.y + d.x * d.y * d.y * m0,
+                    yyy + 3.0 * d.y * yy + 3.0 * d.y * d.y * m1.y + d.y * d.y * d.y * m0,
+                ]
+            },
             area: self.area,
         }
     }
@@ -408,6 +420,7 @@ impl Region {
             m0: self.m0 + o.m0,
             m1: self.m1 + o.m1,
             m2: core::array::from_fn(|i| self.m2[i] + o.m2[i]),
+            m3: core::array::from_fn(|i| self.m3[i] + o.m3[i]),
             area: self.area + o.area,
         }
     }
@@ -419,7 +432,14 @@ impl Region {
         let v = [a - about, b - about, c - about];
         let sum = |f: fn(DVec2) -> f64| v.into_iter().map(f).sum::<f64>() * m0 / 12.0;
         let m2 = [sum(|p| p.x * p.x), sum(|p| p.x * p.y), sum(|p| p.y * p.y)];
-        Self { about, m0, m1: DVec2::ZERO, m2, area: m0.abs() }
+        let cubes = |f: fn(DVec2) -> f64| v.into_iter().map(f).sum::<f64>() * m0 / 30.0;
+        let m3 = [
+            cubes(|p| p.x * p.x * p.x),
+            cubes(|p| p.x * p.x * p.y),
+            cubes(|p| p.x * p.y * p.y),
+            cubes(|p| p.y * p.y * p.y),
+        ];
+        Self { about, m0, m1: DVec2::ZERO, m2, m3, area: m0.abs() }
     }
 
     /// The region between an arc and its chord, by Green's theorem. The integrands are polynomials of degree at
@@ -436,6 +456,11 @@ impl Region {
             region.m2[0] += w * p.x * p.x * p.x * d.y / 3.0;
             region.m2[1] += w * 0.25 * (p.x * p.x * p.y * d.y - p.x * p.y * p.y * d.x);
             region.m2[2] -= w * p.y * p.y * p.y * d.x / 3.0;
+            let turn = w * 0.2 * p.perp_dot(d);
+            let cubes = [p.x * p.x * p.x, p.x * p.x * p.y, p.x * p.y * p.y, p.y * p.y * p.y];
+            for (m3, cube) in region.m3.iter_mut().zip(cubes) {
+                *m3 += turn * cube;
+            }
         };
         for (x, w) in GAUSS {
             for t in [0.5 - 0.5 * x, 0.5 + 0.5 * x] {
@@ -468,7 +493,8 @@ fn node(part: &Part, ends: [DVec2; 2], link: u32) -> Node {
         m0: r.m0 as f32,
         m1: [r.m1.x as f32, r.m1.y as f32],
         m2: r.m2.map(|m| m as f32),
-        areas: areas(r.area as f32, part.area_3(center.as_dvec2(), half.as_dvec2()) as f32),
+        m3: r.m3.map(|m| m as f32),
+        areas: areas(r.area as f32, part.area_4(center.as_dvec2(), half.as_dvec2()) as f32),
         link,
     }
 }

@@ -107,11 +107,12 @@ fn integral(c: &mut Criterion) {
     }
 }
 
-/// Paragraphs 20 m behind the floor that is lit: with twice the glyphs of the same size, and with twice the glyphs on the same area.
+/// Paragraphs 20 m and 40 m behind the light's place: with twice the glyphs of the same size, one paragraph over the other, and with
+/// twice the glyphs on the same area.
 fn far(c: &mut Criterion) {
     for (lobe, lobes) in [("specular", true), ("diffuse", false)] {
         let mut group = c.benchmark_group(format!("far, {lobe}, tolerance 1e-3"));
-        for (name, same_area) in [("same size", false), ("same area", true)] {
+        for (name, same_area, away) in [("20 m", false, 20.0), ("20 m, same area", true, 20.0), ("40 m", false, 40.0)] {
             for copies in [1_i32, 2, 4, 8] {
                 let mut scene = scene(Trial::Paragraph);
                 let light = &mut scene.lights[0];
@@ -123,7 +124,7 @@ fn far(c: &mut Criterion) {
                 });
                 light.layers[0].shape = Shape::from_contours(stacked.collect()).expect("contours");
                 let size = if same_area { 1.0 / f64::from(copies).sqrt() } else { 1.0 };
-                light.placement = Placement::new(DVec3::new(0.0, 0.0, -20.0), DVec3::ZERO, DVec2::splat(size));
+                light.placement = Placement::new(DVec3::new(0.0, 0.0, -away), DVec3::ZERO, DVec2::splat(size));
                 let prepared = Prepared::new(&scene, &settings(1e-3)).expect("a scene");
                 let points = floor_points(&prepared);
                 group.throughput(Throughput::Elements(points.len() as u64));

@@ -3,6 +3,7 @@
 use crate::cases::{Rng, blob, images, wide};
 use glam::{DAffine2, DMat2, DMat3, DVec2, DVec3};
 use glyphlight::backend::exact::{ExactMap, exact_integral};
+use glyphlight::kernel::expansion::{ACROSS, LEVEL};
 use glyphlight::kernel::horizon::{Clip, Clipped, Height, TrueHorizon};
 use glyphlight::kernel::lanes::{Doubles, Lanes};
 use glyphlight::kernel::map::{CosineMap, PlanePoint};
@@ -48,8 +49,8 @@ fn walk_in<D: Doubles<Narrow = L, Mask = bool>, L: Lanes<Mask = bool>>(
     let root = tree.nodes[0];
     let at = L::Vec2::from_foot(root.center, DVec2::ZERO, map.foot);
     let Clipped { clip, below } = Clip::of(&map, truth.as_ref(), at, at.fixed(root.half));
-    let [spent, share] = [Budget::default().spent, Budget::default().share].map(|v| tolerance.splat(v));
-    (!below).then(|| tree_integral(&map, &clip, tree.view(), tolerance, &mut Budget { spent, share }, true))
+    let left = tolerance.splat(Budget::default().left);
+    (!below).then(|| tree_integral(&map, &clip, tree.view(), tolerance, &mut Budget { left }, true))
 }
 
 fn random_lobe(rng: &mut Rng) -> DMat3 {
@@ -360,4 +361,58 @@ fn far_curves_cost_little() {
     }
     let (_, together) = tree_value(c, None, &near_only, 1e-3);
     assert!(together <= alone + 16, "{alone} nodes alone, {together} with forty more blobs");
+}
+
+/// Cₙ^(2)(x) for n below `count`.
+fn gegenbauer(x: f64, count: usize) -> Vec<f64> {
+    let mut c = vec![1.0, 4.0 * x];
+    for n in 2..count {
+        let k = n as f64;
+        c.push((2.0 * x * (k + 1.0) * c[n - 1] - (k + 2.0) * c[n - 2]) / k);
+    }
+    c
+}
+
+/// The largest of the coefficients that bounds are made of over their bounds: of regions across the line of sight up to (t/s)² =
+/// `across`, and of the leading terms with `level` of [`LEVEL`].
+fn coefficients_over_their_bounds(across: f64, level: f64) -> [f64; 2] {
+    let steps = |count: u32| (0..=count).map(move |i| f64::from(i) / f64::from(count));
+    let series: Vec<_> = steps(2000).map(|c| (c, gegenbauer(c, 40))).collect();
+    let mut worst = [0.0_f64; 2];
+    for x in steps(40).map(|part| part * across) {
+        let w = 1.0 + 1.5 * x + 3.61 * x * x;
+        for (c, of) in &series {
+            let reach = if c * c > x { x.sqrt() / c } else { 1.0 };
+            for (n, of) in of.iter().enumerate().skip(1) {
+                let n = n as f64;
+                worst[0] = worst[0].max(reach.powf(n) * of.abs() / ((n + 2.0) / 2.0 * w));
+            }
+        }
+    }
+    for z in steps(40) {
+        let rest = (1.0 - z * z).sqrt();
+        for (c, of) in &series {
+            // Directions at that angle from the line of sight, the highest and the lowest of them.
+            let spread = (1.0 - c * c).sqrt() * rest;
+            for (c, rise) in [(*c, c * z + spread), (*c, c * z - spread), (-c, spread - c * z)] {
+                let sign = |n: usize| if c < 0.0 || n % 2 == 0 { 1.0 } else { -1.0 };
+                for n in 2..=4 {
+                    let most = ((n + 1) * (n + 2)) as f64 / 2.0;
+                    let term = z * sign(n) * of[n] + rise * sign(n - 1) * of[n - 1];
+                    let bound = most * z + f64::from(LEVEL[n - 2]) * level * rest;
+                    worst[1] = worst[1].max(term.abs() / bound);
+                }
+            }
+        }
+    }
+    worst
+}
+
+#[test]
+fn bounds_hold_the_coefficients_of_the_series() {
+    let [across, leading] = coefficients_over_their_bounds(f64::from(ACROSS), 1.0);
+    assert!(across <= 1.0 && leading <= 1.0 + 1e-9, "{across}, {leading}");
+    // Neither bound could be much less.
+    let [across, leading] = coefficients_over_their_bounds(0.5, 0.99);
+    assert!(across > 1.0 && leading > 1.0, "{across}, {leading}");
 }

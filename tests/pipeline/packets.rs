@@ -107,7 +107,7 @@ fn disagreements(shift: f64) -> (usize, [usize; 4]) {
                 let (kind, same) = match answer.lane(lane) {
                     Outcome::Integral(value, visited) => {
                         let left = packet.budget(lane);
-                        let spent = (left.spent, left.share) == (budget.spent, budget.share);
+                        let spent = left.left == budget.left;
                         (0, spent && expected == Ok((value, visited)))
                     }
                     Outcome::Skipped(skip) => (1 + usize::from(skip == Skip::Behind), expected == Err(skip)),

@@ -87,7 +87,7 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
             form radius length picture),
         layout!(LightBox: center area x half_x y half_y z half_z radiance one_sided),
         layout!(Cluster: center link half low axis high flux cone_cos squares cone_sin products pad moments),
-        layout!(Node: center half a b m0 m1 m2 areas link),
+        layout!(Node: center half a b m0 m1 m2 m3 areas link),
         layout!(Handles: p1 p2 low1 low2),
         layout!(Curve: p0 p1 p2 p3),
         layout!(Quad: half low),

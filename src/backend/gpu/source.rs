@@ -7,6 +7,7 @@ use crate::brdf::ltc::{ALPHA_MIN, Table};
 use crate::kernel::cluster::{CLUSTER_PART, CLUSTER_SLACK, FIRST_SHARE, HALF, INDEX_MASK, LEFT_OUT, ROUNDING, SINGLE};
 use crate::kernel::cluster_list::MOST_LISTED;
 use crate::kernel::curve::NEAREST_IMAGE;
+use crate::kernel::expansion::{ACROSS, LEAST, LEVEL};
 use crate::kernel::lanes::Lanes;
 use crate::kernel::map::FOOT_LIMIT;
 use crate::kernel::receiver::{PLAIN, SPECULAR};
@@ -43,10 +44,10 @@ fn technique(name: &str) -> &'static [&'static str] {
         "kuge" => files!("cubic" "curve" "roots" "subdivide" "picture" "gather_contour" "gather_kuge"),
         "uniform" => files!("cubic" "curve" "polygon" "picture" "gather_contour" "gather_uniform"),
         "quad" => files!("quad" "picture" "gather_contour" "gather_quad"),
-        "textured" => files!("cubic" "tree" "near" "picture" "gather_near" "gather_textured"),
+        "textured" => files!("cubic" "expansion" "tree" "near" "picture" "gather_near" "gather_textured"),
         "pal" => files!("pal" "picture" "gather_pal"),
         "representative" => files!("representative" "picture" "gather_representative"),
-        _ => files!("cubic" "tree" "near" "mosaic" "gather_near" "gather_tree"),
+        _ => files!("cubic" "expansion" "tree" "near" "mosaic" "gather_near" "gather_tree"),
     }
 }
 
@@ -150,6 +151,11 @@ fn constants() -> String {
         ("LEFT_OUT", LEFT_OUT),
         ("ROUNDING", ROUNDING),
         ("MARGIN", f32::MARGIN),
+        ("ACROSS", ACROSS),
+        ("LEVEL_2", LEVEL[0]),
+        ("LEVEL_3", LEVEL[1]),
+        ("LEVEL_4", LEVEL[2]),
+        ("LEAST", LEAST),
         ("FOOT_LIMIT", FOOT_LIMIT as f32),
         ("PAL_BIAS", pal::BIAS),
         ("PAL_NEAR", pal::NEAR),
