@@ -7,6 +7,7 @@ use super::backend::{BackendArg, Backends};
 use super::display::DisplayArgs;
 use super::machine::{machine, now};
 use super::scene::{Staged, Subject};
+use super::technique::why_not;
 use super::values::positive;
 use super::{say, warn};
 use crate::backend::technique::{MAX_SPP, ReferenceLobe, Sampling};
@@ -173,12 +174,12 @@ struct Plan {
 /// # Errors
 /// Nothing to compare, or a flag without effect.
 fn plan(args: &Args, staged: &Staged, settings: &Settings) -> Result<Plan, Error> {
-    let scene = &staged.scene;
+    let pictures = has_pictures(&staged.scene);
     let asked = [&args.techniques, &staged.techniques].into_iter().find(|list| !list.is_empty()).cloned();
     let asked_for = asked.is_some();
     let asked = asked.unwrap_or_else(|| DEFAULT.iter().filter_map(|name| name.parse().ok()).collect());
     let sampling = |lobe, spp| Technique::Reference(Sampling { spp, lobe, ..Sampling::default() });
-    let yardstick = match has_pictures(scene) {
+    let yardstick = match pictures {
         true => sampling(ReferenceLobe::Ltc, args.spp.unwrap_or(YARDSTICK_SPP)),
         false => Technique::Exact,
     };
@@ -196,8 +197,8 @@ fn plan(args: &Args, staged: &Staged, settings: &Settings) -> Result<Plan, Error
             }
             other => other,
         };
-        if let Some(reason) = why_not(&technique, scene) {
-            left_out.push(LeftOut { technique: technique.to_string(), reason });
+        if let Some(reason) = why_not(&technique, pictures) {
+            left_out.push(LeftOut { technique: technique.to_string(), reason: reason.into() });
             continue;
         }
         let settings = of(technique, Horizons::Both);
@@ -234,16 +235,6 @@ fn nothing(left_out: &[LeftOut]) -> Error {
 /// Whether a light changes its colour from place to place, which contour integrals cannot follow.
 fn has_pictures(scene: &Scene) -> bool {
     scene.lights.iter().any(|l| l.layers.iter().any(|layer| layer.picture.is_some()))
-}
-
-/// Why a technique has nothing to show on a scene.
-fn why_not(technique: &Technique, scene: &Scene) -> Option<String> {
-    let pictures = has_pictures(scene);
-    match technique {
-        Technique::Textured if !pictures => Some("no light of the scene has a picture; it would be the tree".into()),
-        Technique::Exact if pictures => Some("a light of the scene has a picture, which a contour cannot hold".into()),
-        _ => None,
-    }
 }
 
 /// A few columns for the terminal.
