@@ -31,7 +31,46 @@ impl Default for Processor {
     }
 }
 
+/// What it is called, and how many lanes its packets have: `AVX2, 8 lanes`.
+impl fmt::Display for Processor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {} lanes", self.name(), self.lanes())
+    }
+}
+
 impl Processor {
+    /// What this one can do, and what lesser ones of its kind can, the least first: the last is the default.
+    pub fn all() -> Vec<Self> {
+        let most = Level::new();
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        let lesser = [
+            most.as_sse2().map(Level::Sse2),
+            most.as_sse4_2().map(Level::Sse4_2),
+            most.as_avx2().map(Level::Avx2),
+            most.as_avx512().map(Level::Avx512),
+        ];
+        #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+        let lesser = [Some(most)];
+        lesser.into_iter().flatten().map(Self).collect()
+    }
+
+    /// The instructions of its packets.
+    pub const fn name(self) -> &'static str {
+        match self.0 {
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Level::Avx512(_) => "AVX-512",
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Level::Avx2(_) => "AVX2",
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Level::Sse4_2(_) => "SSE4.2",
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Level::Sse2(_) => "SSE2",
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon(_) => "NEON",
+            _ => "no SIMD",
+        }
+    }
+
     /// Lanes of a packet, at most [`MAX_LANES`].
     pub fn lanes(self) -> usize {
         struct Width;
