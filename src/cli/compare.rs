@@ -6,6 +6,7 @@ mod verdict;
 use super::backend::{BackendArg, Backends};
 use super::display::DisplayArgs;
 use super::machine::{machine, now};
+use super::picture::SizeArgs;
 use super::scene::{Staged, Subject};
 use super::technique::why_not;
 use super::values::positive;
@@ -23,6 +24,11 @@ use measure::Entry;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
+#[command(
+    mut_arg("width", |arg| arg.default_value("480")),
+    mut_arg("height", |arg| arg.default_value("270")),
+    mut_arg("samples", |arg| arg.default_value("1"))
+)]
 pub struct Args {
     #[command(flatten)]
     subject: Subject,
@@ -48,15 +54,8 @@ pub struct Args {
     /// Most runs of a technique; times are medians. What takes more than five seconds is run once
     #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=99))]
     repeat: u32,
-    /// Pixels across
-    #[arg(long, default_value_t = 480)]
-    width: u32,
-    /// Pixels down
-    #[arg(long, default_value_t = 270)]
-    height: u32,
-    /// Samples per pixel
-    #[arg(long, default_value_t = 1)]
-    samples: u32,
+    #[command(flatten)]
+    size: SizeArgs,
     /// Tolerance of the tree, in radiance of the picture
     #[arg(long, default_value_t = 1e-4, value_parser = positive)]
     tolerance: f32,
@@ -91,18 +90,13 @@ pub fn run(args: &Args) -> Result<(), Error> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
         pool.map_err(|e| Error::Usage(format!("--threads {threads}: {e}")))?;
     }
-    let settings = Settings {
-        width: args.width,
-        height: args.height,
-        samples: args.samples,
-        tolerance: args.tolerance,
-        technique: Technique::Tree,
-        ..Settings::default()
-    };
+    let SizeArgs { width, height, samples } = args.size;
+    let tolerance = args.tolerance;
+    let settings = Settings { width, height, samples, tolerance, technique: Technique::Tree, ..Settings::default() };
     settings.check()?;
     NewFolder::check(output, &COMPARISON, args.force)?;
     let date = now();
-    let staged = args.subject.stage(args.width, args.height)?;
+    let staged = args.subject.stage(width, height)?;
     let Plan { entries, mut left_out, asked_for } = plan(args, &staged, &settings)?;
     let techniques = entries.iter().filter(|e| e.role == measure::Role::Technique).count();
     let measured = measure::all(&staged.scene, entries, &Backends::new(args.backend), args.repeat)?;
@@ -123,7 +117,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         date,
         machine: machine(),
         scene: SceneSource { name: staged.name, source: staged.source },
-        settings: picture_settings(args, &display),
+        settings: picture_settings(args, &settings, &display),
         rectangles: measured.rectangle_times(&settings),
         error_scale: verdict.scale,
         blocks: verdict.blocks,
@@ -150,13 +144,14 @@ pub fn run(args: &Args) -> Result<(), Error> {
     comparison.blocks.iter().try_for_each(|block| say(table(&block.rows)))
 }
 
-fn picture_settings(args: &Args, display: &Display) -> PictureSettings {
+fn picture_settings(args: &Args, settings: &Settings, display: &Display) -> PictureSettings {
     let named = ToneMap::ALL.iter().find(|(_, tone_map)| *tone_map == display.tone_map);
+    let Settings { width, height, samples, tolerance, .. } = *settings;
     PictureSettings {
-        width: args.width,
-        height: args.height,
-        samples: args.samples,
-        tolerance: args.tolerance,
+        width,
+        height,
+        samples,
+        tolerance,
         exposure: display.exposure,
         tone_map: named.map_or_else(String::new, |(name, _)| (*name).into()),
         repeat: args.repeat,

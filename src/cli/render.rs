@@ -1,11 +1,10 @@
 //! `glyphlight render`: a scene, a text or an SVG to a picture.
 
-use super::backend::{BackendArg, Backends};
+use super::backend::Backends;
 use super::display::DisplayArgs;
 use super::frames::{FrameArgs, Times};
+use super::picture::PictureArgs;
 use super::scene::{Staged, Subject};
-use super::technique::TechniqueArgs;
-use super::values::positive;
 use super::{json, label, say};
 use crate::backend::skips::{SkipName, Skips};
 use crate::backend::{Rendering, Reused, Settings, Stats, Technique};
@@ -24,23 +23,8 @@ pub struct Args {
     /// Picture to write: .png (display) or .exr (linear, layers); may be given twice
     #[arg(short, long, value_name = "FILE", default_value = "glyphlight.png")]
     output: Vec<PathBuf>,
-    /// Pixels across
-    #[arg(long, default_value_t = 1280)]
-    width: u32,
-    /// Pixels down
-    #[arg(long, default_value_t = 720)]
-    height: u32,
-    /// Samples per pixel
-    #[arg(long, default_value_t = 4)]
-    samples: u32,
-    /// tree, textured: largest error of the picture's radiance by integration [default: 1e-4]
-    #[arg(long, value_parser = positive)]
-    tolerance: Option<f32>,
     #[command(flatten)]
-    technique: TechniqueArgs,
-    /// Where to compute: auto takes a hardware GPU if there is one, else the CPU; gpu takes a software driver as well
-    #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
-    backend: BackendArg,
+    picture: PictureArgs,
     #[command(flatten)]
     display: DisplayArgs,
     /// Dither PNGs
@@ -67,24 +51,14 @@ pub fn run(args: &Args) -> Result<(), Error> {
         Format::of(path)?;
         check_writable(&if args.frames.numbers() { frame_path(path, 1) } else { path.clone() })?;
     }
-    let (technique, horizons) = args.technique.resolve()?;
-    args.technique.check_tolerance(args.tolerance)?;
+    let settings = Settings { skips: Skips::without(&args.without_skip), ..args.picture.settings()? };
+    let technique = settings.technique;
     if let Some(path) = &args.count_edges {
         check_heat_map(path, args, technique)?;
     }
-    let settings = Settings {
-        width: args.width,
-        height: args.height,
-        samples: args.samples,
-        tolerance: args.tolerance.unwrap_or(Settings::default().tolerance),
-        technique,
-        horizons,
-        skips: Skips::without(&args.without_skip),
-    };
-    settings.check()?;
     let start = Instant::now();
-    let Staged { mut scene, motion, .. } = args.subject.stage(args.width, args.height)?;
-    let backends = Backends::new(args.backend);
+    let Staged { mut scene, motion, .. } = args.subject.stage(settings.width, settings.height)?;
+    let backends = Backends::new(args.picture.backend);
     let times = args.frames.times(&motion)?;
     if let Times::One(time) = times {
         motion.set(&mut scene, time);
