@@ -9,6 +9,8 @@
 
 #![allow(clippy::print_stdout, reason = "a backend that is skipped is said aloud")]
 
+mod gpu;
+
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DAffine2, DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;
@@ -16,7 +18,7 @@ use glyphlight::backend::emitter::Emitter;
 use glyphlight::backend::gather::Images;
 use glyphlight::backend::packets::{PointPacket, Question, tree_of};
 use glyphlight::backend::prepared::Prepared;
-use glyphlight::backend::{Backend, BackendError, Settings, Skips};
+use glyphlight::backend::{Backend, Settings, Skips};
 use glyphlight::brdf::ltc::{Lobe, Table};
 use glyphlight::kernel::frame::ShadingFrame;
 use glyphlight::kernel::packet::{MAX_LANES, Processor};
@@ -28,6 +30,7 @@ use glyphlight::scene::signs::{SignsOptions, signs};
 use glyphlight::scene::trial::{self, Finish, Trial};
 use glyphlight::scene::{Material, Scene};
 use glyphlight::shape::Shape;
+use gpu::gpu;
 use std::hint::black_box;
 use std::time::Duration;
 
@@ -227,17 +230,6 @@ fn shading(backend: &dyn Backend, scene: &Scene, settings: &Settings) -> Duratio
     let stats = backend.render(scene, settings).expect("a picture").stats;
     let stage = stats.stages.iter().find(|(name, _)| name == "shading").expect("a shading stage");
     Duration::from_secs_f64(stage.1)
-}
-
-#[cfg(feature = "gpu")]
-fn gpu() -> Result<Box<dyn Backend>, BackendError> {
-    use glyphlight::backend::gpu::{AdapterChoice, GpuBackend};
-    Ok(Box::new(GpuBackend::new(AdapterChoice::Any)?))
-}
-
-#[cfg(not(feature = "gpu"))]
-fn gpu() -> Result<Box<dyn Backend>, BackendError> {
-    Err(BackendError::NoAdapter("built without the feature `gpu`".into()))
 }
 
 criterion_group!(benches, integral, processor, far, picture, lights_together);
