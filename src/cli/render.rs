@@ -7,7 +7,7 @@ use super::picture::PictureArgs;
 use super::scene::{Staged, Subject};
 use super::{json, label, say};
 use crate::backend::skips::{SkipName, Skips};
-use crate::backend::{Rendering, Reused, Settings, Stats, Technique};
+use crate::backend::{ClusterStats, Rendering, Reused, Settings, Stats, Technique};
 use crate::error::Error;
 use crate::film::heat::{self, Scale};
 use crate::film::{Display, Film, Format, Pending, check_writable, frame_path};
@@ -187,17 +187,24 @@ fn table(report: &Report<'_>) -> String {
     if !stats.left_out.is_empty() {
         table.add_row(["left out for all samples".to_owned(), stats.left_out.join(", ")]);
     }
+    let ClusterStats { by_tile, by_point, whole } = stats.clusters;
+    if by_tile + by_point > 0 {
+        let [visited, stood] = [by_point, whole].map(per_sample);
+        let clusters = format!("{by_tile} by tiles; per sample {visited} by points, {stood} stood for their lights");
+        table.add_row(["clusters of lights visited".to_owned(), clusters]);
+    }
     for light in &stats.lights {
         let percent = |n: u64| 100.0 * n as f64 / light.candidates.max(1) as f64;
         let skipped = format!(
             "behind {:.1} % ({:.1} % by tile), below the horizon {:.1} % ({:.1} % by tile), no such lobe {:.1} %, under the \
-             tolerance {:.1} % of {}",
+             tolerance {:.1} %, in a cluster {:.1} % of {}",
             percent(light.behind),
             percent(light.behind_tile),
             percent(light.below_horizon),
             percent(light.below_tile),
             percent(light.no_lobe),
             percent(light.under_tolerance),
+            percent(light.clustered),
             light.candidates
         );
         table.add_row([format!("skipped, {}", label(&light.name)), skipped]);

@@ -463,7 +463,7 @@ fn skips_leave_the_picture_as_it_is() {
     let names: Vec<_> = rows.iter().map(|r| r["skip"].as_str().unwrap()).collect();
     assert_eq!(
         names,
-        ["lobes", "textures", "horizons", "behind", "below-horizon", "under-tolerance", "clusters", "reuse"]
+        ["lobes", "lobes", "textures", "horizons", "behind", "below-horizon", "under-tolerance", "clusters", "reuse"]
     );
     for row in rows {
         assert!(row["count"].as_u64().unwrap() > 0, "{row}");
