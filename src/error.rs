@@ -40,15 +40,12 @@ pub enum Error {
     /// A scene file is wrong.
     #[error(transparent)]
     Scene(#[from] crate::scene::file::SceneError),
-    /// There is no such figure, or its scene is wrong.
+    /// There is no such figure or template, or its scene is wrong.
     #[error(transparent)]
-    Figure(#[from] crate::scene::figures::FigureError),
+    Bundled(#[from] crate::scene::bundled::BundledError),
     /// The sign of a text or SVG cannot be set up.
     #[error(transparent)]
     Preset(#[from] crate::scene::preset::PresetError),
-    /// There is no such template, or its scene is wrong.
-    #[error(transparent)]
-    Template(#[from] crate::scene::templates::TemplateError),
     /// A batch cannot go on.
     #[error(transparent)]
     Batch(#[from] crate::batch::BatchError),

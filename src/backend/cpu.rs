@@ -93,7 +93,7 @@ impl Session for CpuSession<'_> {
         watch.lap("lights in view");
         let stats = Stats {
             backend: "cpu".into(),
-            device: format!("{} threads, packets of {}", rayon::current_num_threads(), processor.lanes()),
+            device: format!("{} threads, {processor}", rayon::current_num_threads()),
             technique: settings.technique.to_string(),
             stages: watch.laps,
             shaded: counters.shaded,

@@ -9,9 +9,9 @@ mod work;
 
 use super::backend::{BackendArg, Backends};
 use super::display::DisplayArgs;
+use super::picture::PictureArgs;
 use super::scene::open_template;
-use super::technique::TechniqueArgs;
-use super::values::{Color, hex, positive, positive_f64, radiance};
+use super::values::{Color, hex, positive_f64, radiance};
 use super::{say, warn};
 use crate::backend::Settings;
 use crate::batch::BatchError;
@@ -58,6 +58,7 @@ enum Other {
 }
 
 #[derive(Debug, clap::Args)]
+#[command(mut_arg("width", |arg| arg.default_value("512")), mut_arg("height", |arg| arg.default_value("512")))]
 pub struct Args {
     /// SVG files, folders of them, patterns such as 'icons/*.svg', lists (.toml, .csv)
     #[arg(value_name = "INPUT", required_unless_present = "list")]
@@ -94,23 +95,8 @@ pub struct Args {
     /// Say how far it is as Open Job Description has it, on standard output
     #[arg(long)]
     openjd: bool,
-    /// Pixels across
-    #[arg(long, default_value_t = 512)]
-    width: u32,
-    /// Pixels down
-    #[arg(long, default_value_t = 512)]
-    height: u32,
-    /// Samples per pixel
-    #[arg(long, default_value_t = 4)]
-    samples: u32,
-    /// tree, textured: largest error of the picture's radiance by integration [default: 1e-4]
-    #[arg(long, value_parser = positive)]
-    tolerance: Option<f32>,
     #[command(flatten)]
-    technique: TechniqueArgs,
-    /// Where to compute: auto takes a hardware GPU if there is one, else the CPU; gpu takes a software driver as well
-    #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
-    backend: BackendArg,
+    picture: PictureArgs,
     #[command(flatten)]
     display: DisplayArgs,
     /// Write every picture as .exr as well (linear, layers)
@@ -208,24 +194,12 @@ fn run_here(args: &Args) -> Result<bool, Error> {
 
 /// How items are rendered, by the arguments.
 fn plan(args: &Args, output: &Path) -> Result<Plan, Error> {
-    let (technique, horizons) = args.technique.resolve()?;
-    args.technique.check_tolerance(args.tolerance)?;
-    let settings = Settings {
-        width: args.width,
-        height: args.height,
-        samples: args.samples,
-        tolerance: args.tolerance.unwrap_or(Settings::default().tolerance),
-        technique,
-        horizons,
-        ..Settings::default()
-    };
-    settings.check()?;
     Ok(Plan {
         folder: match &args.items {
             Some(items) if args.part => parts::folder(output, items),
             _ => output.into(),
         },
-        settings,
+        settings: args.picture.settings()?,
         display: args.display.display(),
         exr: args.exr,
         compare: args.compare,
@@ -273,7 +247,7 @@ impl<'a> Batch<'a> {
         for item in &mut items {
             item.change = merged(&item.change, &change);
         }
-        let backend = Backends::new(args.backend).kind(&plan.settings.technique)?;
+        let backend = Backends::new(args.picture.backend).kind(&plan.settings.technique)?;
         let Plan { settings, display, exr, compare, .. } = plan;
         let files = loaded.files.join(" ");
         let common = format!("{}\n{files}\n{settings:?}\n{display:?}\n{exr} {compare}\n{backend:?}", loaded.text);
@@ -386,7 +360,8 @@ impl<'a> Batch<'a> {
     /// Number of workers and threads of each.
     fn crew(&self, orders: usize) -> (usize, usize) {
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        let pixels = u64::from(self.args.width) * u64::from(self.args.height) * u64::from(self.args.samples);
+        let Settings { width, height, samples, .. } = self.plan.settings;
+        let pixels = u64::from(width) * u64::from(height) * u64::from(samples);
         let jobs = match self.args.jobs {
             Some(jobs) => jobs.into(),
             None if pixels >= LARGE || self.backend == BackendArg::Gpu => 1,

@@ -24,11 +24,12 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = rule())]
 pub struct Args {
-    /// Techniques, separated by commas; with a knob (tree:1e-3, kuge:1e-4, uniform:30, quad:256, reference:64) that alone,
-    /// without one all that are usual [default: all that have something to show]
+    /// Techniques, separated by commas; with a knob (tree:1e-3, textured:1e-3, kuge:1e-4, uniform:30, quad:256, reference:64)
+    /// that alone, without one all that are usual [default: all that have something to show]
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     technique: Vec<Wanted>,
-    /// Lights: rectangle, cavity (with a hole), glyph, line, paragraph, drawing (540 paths) [default: all]
+    /// Lights: rectangle, cavity (with a hole), glyph, picture (the glyph in a gradient), line, paragraph, drawing (540 paths)
+    /// [default: all]
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     shape: Vec<Trial>,
     /// Floors: GGX alpha, or diffuse [default: 0.01,0.05,0.1,0.25,0.5,0.8,diffuse]
@@ -37,7 +38,7 @@ pub struct Args {
     /// Where to compute [default: both, the GPU if there is one, be it a software driver]
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
     backend: Vec<On>,
-    /// A few lights, floors and knobs, small windows, few runs: ten seconds
+    /// A few lights, floors and knobs, small windows, few runs: half a minute
     #[arg(long)]
     quick: bool,
     /// Pixels along the side of a window; there are four, as fine as pixels of a picture 1024 high [default: 32; quick: 16]
@@ -142,6 +143,10 @@ fn here(args: &Args, adapter: Option<String>, clock: Option<String>) -> BenchMac
     BenchMachine { processor, simd: simd(), threads: args.threads.into(), system, adapter, clock }
 }
 
+fn warn_of(left_out: &[LeftOut]) {
+    warn(left_out.iter().map(|l| format!("left out: {}: {}", l.technique, l.reason)));
+}
+
 /// Says so where a GPU's own clock is not to be had.
 fn warn_of_clock(clock: Option<&str>) {
     warn(clock.filter(|clock| *clock != "timestamps").map(|clock| format!("GPU times are by the {clock}")));
@@ -173,6 +178,11 @@ fn measured(args: &Args, baseline: Option<&Benchmark>) -> Result<Benchmark, Erro
         None if args.quick => (args.size.unwrap_or(16), args.repeats.unwrap_or(5)),
         None => (args.size.unwrap_or(32), args.repeats.unwrap_or(7)),
     };
+    // What was not asked for is no surprise.
+    let unfit = plan::leave_out(&mut cells);
+    if !args.technique.is_empty() {
+        warn_of(&unfit);
+    }
     let date = now();
     let spp = args.reference.then(|| args.spp.unwrap_or(1024));
     let bencher = Bencher::new(side, repeats, args.threads.into(), spp)?;
@@ -189,15 +199,16 @@ fn measured(args: &Args, baseline: Option<&Benchmark>) -> Result<Benchmark, Erro
     let rectangle = Trial::Rectangle.layers()?;
     let mut rows = Vec::new();
     let (mut adapter, mut clock) = (None, None);
-    for cell in &cells {
-        let measured = bencher.cell(cell, &cell.trial.layers()?, &rectangle)?;
+    for cell in cells.iter().filter(|cell| !cell.points.is_empty()) {
+        let measured = bencher.cell(cell, &rectangle)?;
         rows.extend(measured.rows);
         left_out.extend(measured.left_out);
         adapter = adapter.or(measured.adapter);
         clock = clock.or(measured.clock);
     }
     warn_of_clock(clock.as_deref());
-    warn(left_out.iter().map(|l| format!("left out: {}: {}", l.technique, l.reason)));
+    warn_of(&left_out);
+    left_out.extend(unfit);
     if rows.is_empty() {
         return Err(Error::Usage("nothing to measure: no light, floor, technique and backend is left".into()));
     }

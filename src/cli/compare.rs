@@ -6,7 +6,9 @@ mod verdict;
 use super::backend::{BackendArg, Backends};
 use super::display::DisplayArgs;
 use super::machine::{machine, now};
+use super::picture::SizeArgs;
 use super::scene::{Staged, Subject};
+use super::technique::why_not;
 use super::values::positive;
 use super::{say, warn};
 use crate::backend::technique::{MAX_SPP, ReferenceLobe, Sampling};
@@ -22,6 +24,11 @@ use measure::Entry;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
+#[command(
+    mut_arg("width", |arg| arg.default_value("480")),
+    mut_arg("height", |arg| arg.default_value("270")),
+    mut_arg("samples", |arg| arg.default_value("1"))
+)]
 pub struct Args {
     #[command(flatten)]
     subject: Subject,
@@ -47,15 +54,8 @@ pub struct Args {
     /// Most runs of a technique; times are medians. What takes more than five seconds is run once
     #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=99))]
     repeat: u32,
-    /// Pixels across
-    #[arg(long, default_value_t = 480)]
-    width: u32,
-    /// Pixels down
-    #[arg(long, default_value_t = 270)]
-    height: u32,
-    /// Samples per pixel
-    #[arg(long, default_value_t = 1)]
-    samples: u32,
+    #[command(flatten)]
+    size: SizeArgs,
     /// Tolerance of the tree, in radiance of the picture
     #[arg(long, default_value_t = 1e-4, value_parser = positive)]
     tolerance: f32,
@@ -90,18 +90,13 @@ pub fn run(args: &Args) -> Result<(), Error> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
         pool.map_err(|e| Error::Usage(format!("--threads {threads}: {e}")))?;
     }
-    let settings = Settings {
-        width: args.width,
-        height: args.height,
-        samples: args.samples,
-        tolerance: args.tolerance,
-        technique: Technique::Tree,
-        ..Settings::default()
-    };
+    let SizeArgs { width, height, samples } = args.size;
+    let tolerance = args.tolerance;
+    let settings = Settings { width, height, samples, tolerance, technique: Technique::Tree, ..Settings::default() };
     settings.check()?;
     NewFolder::check(output, &COMPARISON, args.force)?;
     let date = now();
-    let staged = args.subject.stage(args.width, args.height)?;
+    let staged = args.subject.stage(width, height)?;
     let Plan { entries, mut left_out, asked_for } = plan(args, &staged, &settings)?;
     let techniques = entries.iter().filter(|e| e.role == measure::Role::Technique).count();
     let measured = measure::all(&staged.scene, entries, &Backends::new(args.backend), args.repeat)?;
@@ -122,7 +117,7 @@ pub fn run(args: &Args) -> Result<(), Error> {
         date,
         machine: machine(),
         scene: SceneSource { name: staged.name, source: staged.source },
-        settings: picture_settings(args, &display),
+        settings: picture_settings(args, &settings, &display),
         rectangles: measured.rectangle_times(&settings),
         error_scale: verdict.scale,
         blocks: verdict.blocks,
@@ -149,13 +144,14 @@ pub fn run(args: &Args) -> Result<(), Error> {
     comparison.blocks.iter().try_for_each(|block| say(table(&block.rows)))
 }
 
-fn picture_settings(args: &Args, display: &Display) -> PictureSettings {
+fn picture_settings(args: &Args, settings: &Settings, display: &Display) -> PictureSettings {
     let named = ToneMap::ALL.iter().find(|(_, tone_map)| *tone_map == display.tone_map);
+    let Settings { width, height, samples, tolerance, .. } = *settings;
     PictureSettings {
-        width: args.width,
-        height: args.height,
-        samples: args.samples,
-        tolerance: args.tolerance,
+        width,
+        height,
+        samples,
+        tolerance,
         exposure: display.exposure,
         tone_map: named.map_or_else(String::new, |(name, _)| (*name).into()),
         repeat: args.repeat,
@@ -173,12 +169,12 @@ struct Plan {
 /// # Errors
 /// Nothing to compare, or a flag without effect.
 fn plan(args: &Args, staged: &Staged, settings: &Settings) -> Result<Plan, Error> {
-    let scene = &staged.scene;
+    let pictures = has_pictures(&staged.scene);
     let asked = [&args.techniques, &staged.techniques].into_iter().find(|list| !list.is_empty()).cloned();
     let asked_for = asked.is_some();
     let asked = asked.unwrap_or_else(|| DEFAULT.iter().filter_map(|name| name.parse().ok()).collect());
     let sampling = |lobe, spp| Technique::Reference(Sampling { spp, lobe, ..Sampling::default() });
-    let yardstick = match has_pictures(scene) {
+    let yardstick = match pictures {
         true => sampling(ReferenceLobe::Ltc, args.spp.unwrap_or(YARDSTICK_SPP)),
         false => Technique::Exact,
     };
@@ -196,8 +192,8 @@ fn plan(args: &Args, staged: &Staged, settings: &Settings) -> Result<Plan, Error
             }
             other => other,
         };
-        if let Some(reason) = why_not(&technique, scene) {
-            left_out.push(LeftOut { technique: technique.to_string(), reason });
+        if let Some(reason) = why_not(&technique, pictures) {
+            left_out.push(LeftOut { technique: technique.to_string(), reason: reason.into() });
             continue;
         }
         let settings = of(technique, Horizons::Both);
@@ -234,16 +230,6 @@ fn nothing(left_out: &[LeftOut]) -> Error {
 /// Whether a light changes its colour from place to place, which contour integrals cannot follow.
 fn has_pictures(scene: &Scene) -> bool {
     scene.lights.iter().any(|l| l.layers.iter().any(|layer| layer.picture.is_some()))
-}
-
-/// Why a technique has nothing to show on a scene.
-fn why_not(technique: &Technique, scene: &Scene) -> Option<String> {
-    let pictures = has_pictures(scene);
-    match technique {
-        Technique::Textured if !pictures => Some("no light of the scene has a picture; it would be the tree".into()),
-        Technique::Exact if pictures => Some("a light of the scene has a picture, which a contour cannot hold".into()),
-        _ => None,
-    }
 }
 
 /// A few columns for the terminal.

@@ -18,9 +18,9 @@ pub fn machine() -> Machine {
     }
 }
 
-/// How many pixels the processor shades at once.
+/// What the processor shades packets of pixels with, and how many at once.
 pub fn simd() -> String {
-    format!("{} lanes", Processor::default().lanes())
+    Processor::default().to_string()
 }
 
 /// Now, UTC, ISO 8601.

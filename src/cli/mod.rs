@@ -15,6 +15,7 @@ mod frames;
 mod inspect;
 mod lights;
 mod machine;
+mod picture;
 mod probe;
 mod progress;
 mod render;

@@ -1,14 +1,13 @@
 //! `glyphlight render`: a scene, a text or an SVG to a picture.
 
-use super::backend::{BackendArg, Backends};
+use super::backend::Backends;
 use super::display::DisplayArgs;
 use super::frames::{FrameArgs, Times};
+use super::picture::PictureArgs;
 use super::scene::{Staged, Subject};
-use super::technique::TechniqueArgs;
-use super::values::positive;
 use super::{json, label, say};
 use crate::backend::skips::{SkipName, Skips};
-use crate::backend::{Rendering, Reused, Settings, Stats, Technique};
+use crate::backend::{ClusterStats, Rendering, Reused, Settings, Stats, Technique};
 use crate::error::Error;
 use crate::film::heat::{self, Scale};
 use crate::film::{Display, Film, Format, Pending, check_writable, frame_path};
@@ -24,23 +23,8 @@ pub struct Args {
     /// Picture to write: .png (display) or .exr (linear, layers); may be given twice
     #[arg(short, long, value_name = "FILE", default_value = "glyphlight.png")]
     output: Vec<PathBuf>,
-    /// Pixels across
-    #[arg(long, default_value_t = 1280)]
-    width: u32,
-    /// Pixels down
-    #[arg(long, default_value_t = 720)]
-    height: u32,
-    /// Samples per pixel
-    #[arg(long, default_value_t = 4)]
-    samples: u32,
-    /// tree, textured: largest error of the picture's radiance by integration [default: 1e-4]
-    #[arg(long, value_parser = positive)]
-    tolerance: Option<f32>,
     #[command(flatten)]
-    technique: TechniqueArgs,
-    /// Where to compute: auto takes a hardware GPU if there is one, else the CPU; gpu takes a software driver as well
-    #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
-    backend: BackendArg,
+    picture: PictureArgs,
     #[command(flatten)]
     display: DisplayArgs,
     /// Dither PNGs
@@ -67,24 +51,14 @@ pub fn run(args: &Args) -> Result<(), Error> {
         Format::of(path)?;
         check_writable(&if args.frames.numbers() { frame_path(path, 1) } else { path.clone() })?;
     }
-    let (technique, horizons) = args.technique.resolve()?;
-    args.technique.check_tolerance(args.tolerance)?;
+    let settings = Settings { skips: Skips::without(&args.without_skip), ..args.picture.settings()? };
+    let technique = settings.technique;
     if let Some(path) = &args.count_edges {
         check_heat_map(path, args, technique)?;
     }
-    let settings = Settings {
-        width: args.width,
-        height: args.height,
-        samples: args.samples,
-        tolerance: args.tolerance.unwrap_or(Settings::default().tolerance),
-        technique,
-        horizons,
-        skips: Skips::without(&args.without_skip),
-    };
-    settings.check()?;
     let start = Instant::now();
-    let Staged { mut scene, motion, .. } = args.subject.stage(args.width, args.height)?;
-    let backends = Backends::new(args.backend);
+    let Staged { mut scene, motion, .. } = args.subject.stage(settings.width, settings.height)?;
+    let backends = Backends::new(args.picture.backend);
     let times = args.frames.times(&motion)?;
     if let Times::One(time) = times {
         motion.set(&mut scene, time);
@@ -213,17 +187,24 @@ fn table(report: &Report<'_>) -> String {
     if !stats.left_out.is_empty() {
         table.add_row(["left out for all samples".to_owned(), stats.left_out.join(", ")]);
     }
+    let ClusterStats { by_tile, by_point, whole } = stats.clusters;
+    if by_tile + by_point > 0 {
+        let [visited, stood] = [by_point, whole].map(per_sample);
+        let clusters = format!("{by_tile} by tiles; per sample {visited} by points, {stood} stood for their lights");
+        table.add_row(["clusters of lights visited".to_owned(), clusters]);
+    }
     for light in &stats.lights {
         let percent = |n: u64| 100.0 * n as f64 / light.candidates.max(1) as f64;
         let skipped = format!(
             "behind {:.1} % ({:.1} % by tile), below the horizon {:.1} % ({:.1} % by tile), no such lobe {:.1} %, under the \
-             tolerance {:.1} % of {}",
+             tolerance {:.1} %, in a cluster {:.1} % of {}",
             percent(light.behind),
             percent(light.behind_tile),
             percent(light.below_horizon),
             percent(light.below_tile),
             percent(light.no_lobe),
             percent(light.under_tolerance),
+            percent(light.clustered),
             light.candidates
         );
         table.add_row([format!("skipped, {}", label(&light.name)), skipped]);

@@ -7,6 +7,15 @@ use crate::error::Error;
 use clap::ValueEnum;
 use core::str::FromStr;
 
+/// Why a technique has nothing to show of lights of which some have a `picture`, or none has.
+pub fn why_not(technique: &Technique, picture: bool) -> Option<&'static str> {
+    match technique {
+        Technique::Textured if !picture => Some("no light has a picture; it would be the tree"),
+        Technique::Exact if picture => Some("a light has a picture, which a contour cannot hold"),
+        _ => None,
+    }
+}
+
 /// How integrals are evaluated.
 #[derive(Debug, clap::Args)]
 pub struct TechniqueArgs {

@@ -9,9 +9,10 @@
 //! that is not `inline(always)`.
 
 use super::map::PlanePoint;
+use core::convert::identity;
 use core::fmt::Debug;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// A condition for each lane.
 pub trait Mask:
@@ -70,6 +71,8 @@ pub trait Lanes: Real + Add<f32, Output = Self> + Sub<f32, Output = Self> + Mul<
     /// Rounding of a height over a plane, relative to the sum of its terms: 16 steps of 1, those of a light's coordinates.
     const MARGIN: f32;
 
+    /// `high` + `low` in every lane, as far as its numbers can tell: f32 keep `high`.
+    fn sum(self, high: f32, low: f64) -> Self;
     /// Its absolute value with the sign of another.
     fn copysign(self, sign: Self) -> Self;
 
@@ -155,7 +158,7 @@ pub trait Vector<L: Real>: Copy + Debug + Add<Output = Self> + Sub<Output = Self
     }
 }
 
-/// A vector of packets.
+/// A vector of space, likewise.
 #[derive(Clone, Copy, Debug)]
 pub struct Triple<L>([L; 3]);
 
@@ -205,130 +208,181 @@ impl<L: Real> Mul<L> for Triple<L> {
     }
 }
 
-impl Real for f32 {
-    type Mask = bool;
+/// A point of the light's plane, of packets or of numbers that glam has no vectors of.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair<L>([L; 2]);
 
+impl<L: Lanes> Add for Pair<L> {
+    type Output = Self;
     #[inline(always)]
-    fn splat(self, value: f32) -> Self {
-        value
-    }
-
-    #[inline(always)]
-    fn above(self, other: Self) -> bool {
-        self > other
-    }
-
-    #[inline(always)]
-    fn at_most(self, other: Self) -> bool {
-        self <= other
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.sqrt()
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        self.abs()
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        self.min(other)
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        self.max(other)
-    }
-
-    #[inline(always)]
-    fn select(mask: bool, yes: Self, no: Self) -> Self {
-        if mask { yes } else { no }
+    fn add(self, other: Self) -> Self {
+        Self([self.0[0] + other.0[0], self.0[1] + other.0[1]])
     }
 }
 
-impl Real for f64 {
-    type Mask = bool;
-
+impl<L: Lanes> Sub for Pair<L> {
+    type Output = Self;
     #[inline(always)]
-    fn splat(self, value: f32) -> Self {
-        Self::from(value)
-    }
-
-    #[inline(always)]
-    fn above(self, other: Self) -> bool {
-        self > other
-    }
-
-    #[inline(always)]
-    fn at_most(self, other: Self) -> bool {
-        self <= other
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.sqrt()
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        self.abs()
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        self.min(other)
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        self.max(other)
-    }
-
-    #[inline(always)]
-    fn select(mask: bool, yes: Self, no: Self) -> Self {
-        if mask { yes } else { no }
+    fn sub(self, other: Self) -> Self {
+        Self([self.0[0] - other.0[0], self.0[1] - other.0[1]])
     }
 }
 
-impl Lanes for f32 {
-    type Vec2 = Vec2;
-    type Vec3 = Vec3;
-    type Index = u32;
-    const MARGIN: f32 = 2e-6;
-
+impl<L: Lanes> Mul<L> for Pair<L> {
+    type Output = Self;
     #[inline(always)]
-    fn copysign(self, sign: Self) -> Self {
-        self.copysign(sign)
-    }
-
-    #[inline(always)]
-    fn mask(self, value: bool) -> bool {
-        value
-    }
-
-    #[inline(always)]
-    fn index(self, value: u32) -> u32 {
-        value
-    }
-
-    #[inline(always)]
-    fn reached(index: u32, value: u32) -> bool {
-        index <= value
-    }
-
-    #[inline(always)]
-    fn select_index(mask: bool, yes: u32, no: u32) -> u32 {
-        if mask { yes } else { no }
-    }
-
-    #[inline(always)]
-    fn count(index: u32, mask: bool) -> u32 {
-        index + u32::from(mask)
+    fn mul(self, factor: L) -> Self {
+        Self([self.0[0] * factor, self.0[1] * factor])
     }
 }
+
+impl<L: Lanes<Vec2 = Self>> PlanePoint for Pair<L> {
+    type Lanes = L;
+    type Scalar = L;
+
+    #[inline(always)]
+    fn from_foot(high: Vec2, low: DVec2, foot: Self) -> Self {
+        let [x, y] = foot.0;
+        Self([x.sum(high.x, low.x) - x, y.sum(high.y, low.y) - y])
+    }
+
+    #[inline(always)]
+    fn perp_dot(self, other: Self) -> L {
+        self.x() * other.y() - self.y() * other.x()
+    }
+
+    #[inline(always)]
+    fn form(self, h: L::Vec3) -> L {
+        h.x() * self.x() + h.y() * self.y() + h.z()
+    }
+
+    #[inline(always)]
+    fn round(self) -> Self {
+        self
+    }
+
+    #[inline(always)]
+    fn x(self) -> L {
+        self.0[0]
+    }
+
+    #[inline(always)]
+    fn y(self) -> L {
+        self.0[1]
+    }
+
+    #[inline(always)]
+    fn select(mask: L::Mask, yes: Self, no: Self) -> Self {
+        Self([L::select(mask, yes.0[0], no.0[0]), L::select(mask, yes.0[1], no.0[1])])
+    }
+
+    #[inline(always)]
+    fn of(x: L, y: L) -> Self {
+        Self([x, y])
+    }
+}
+
+/// A number by itself is one lane: a condition is a `bool`, and operations are those of the float in it. `$of` makes the number of
+/// its float, `$float` is that.
+macro_rules! one_real {
+    ($Number:ident, $Float:ident, $of:expr, $float:expr) => {
+        impl Real for $Number {
+            type Mask = bool;
+
+            #[inline(always)]
+            fn splat(self, value: f32) -> Self {
+                $of($Float::from(value))
+            }
+
+            #[inline(always)]
+            fn above(self, other: Self) -> bool {
+                $float(self) > $float(other)
+            }
+
+            #[inline(always)]
+            fn at_most(self, other: Self) -> bool {
+                $float(self) <= $float(other)
+            }
+
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                $of($float(self).sqrt())
+            }
+
+            #[inline(always)]
+            fn abs(self) -> Self {
+                $of($float(self).abs())
+            }
+
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                $of($float(self).min($float(other)))
+            }
+
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                $of($float(self).max($float(other)))
+            }
+
+            #[inline(always)]
+            fn select(mask: bool, yes: Self, no: Self) -> Self {
+                if mask { yes } else { no }
+            }
+        }
+    };
+}
+pub(super) use one_real;
+one_real!(f32, f32, identity, identity);
+one_real!(f64, f64, identity, identity);
+
+/// Such a number among [`Lanes`], with its points, its rounding, and what of a number that is given in two parts it can hold.
+macro_rules! one_lane {
+    ($Number:ident, $Vec2:ty, $Vec3:ty, $margin:literal, $sum:expr, $of:expr, $float:expr) => {
+        impl Lanes for $Number {
+            type Vec2 = $Vec2;
+            type Vec3 = $Vec3;
+            type Index = u32;
+            const MARGIN: f32 = $margin;
+
+            #[inline(always)]
+            fn sum(self, high: f32, low: f64) -> Self {
+                $sum(high, low)
+            }
+
+            #[inline(always)]
+            fn copysign(self, sign: Self) -> Self {
+                $of($float(self).copysign($float(sign)))
+            }
+
+            #[inline(always)]
+            fn mask(self, value: bool) -> bool {
+                value
+            }
+
+            #[inline(always)]
+            fn index(self, value: u32) -> u32 {
+                value
+            }
+
+            #[inline(always)]
+            fn reached(index: u32, value: u32) -> bool {
+                index <= value
+            }
+
+            #[inline(always)]
+            fn select_index(mask: bool, yes: u32, no: u32) -> u32 {
+                if mask { yes } else { no }
+            }
+
+            #[inline(always)]
+            fn count(index: u32, mask: bool) -> u32 {
+                index + u32::from(mask)
+            }
+        }
+    };
+}
+pub(super) use one_lane;
+one_lane!(f32, Vec2, Vec3, 2e-6, |high, _low| high, identity, identity);
 
 impl Doubles for f64 {
     type Narrow = f32;

@@ -1,14 +1,12 @@
 //! Packets: one shading point in each lane. This file alone names fearless_simd, which finds at run time what the processor
 //! has (SSE2, SSE4.2, AVX2, AVX-512, NEON; scalar code elsewhere).
 
-use super::lanes::{Doubles, Lanes, Mask, Real, Triple, Vector};
-use super::map::PlanePoint;
+use super::lanes::{Doubles, Lanes, Mask, Pair, Real, Triple};
 use core::fmt;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 pub use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
-use glam::{DVec2, Vec2};
 
 /// Most lanes of any processor.
 pub const MAX_LANES: usize = 16;
@@ -31,7 +29,46 @@ impl Default for Processor {
     }
 }
 
+/// What it is called, and how many lanes its packets have: `AVX2, 8 lanes`.
+impl fmt::Display for Processor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {} lanes", self.name(), self.lanes())
+    }
+}
+
 impl Processor {
+    /// What this one can do, and what lesser ones of its kind can, the least first: the last is the default.
+    pub fn all() -> Vec<Self> {
+        let most = Level::new();
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        let lesser = [
+            most.as_sse2().map(Level::Sse2),
+            most.as_sse4_2().map(Level::Sse4_2),
+            most.as_avx2().map(Level::Avx2),
+            most.as_avx512().map(Level::Avx512),
+        ];
+        #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+        let lesser = [Some(most)];
+        lesser.into_iter().flatten().map(Self).collect()
+    }
+
+    /// The instructions of its packets.
+    pub const fn name(self) -> &'static str {
+        match self.0 {
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Level::Avx512(_) => "AVX-512",
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Level::Avx2(_) => "AVX2",
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Level::Sse4_2(_) => "SSE4.2",
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Level::Sse2(_) => "SSE2",
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon(_) => "NEON",
+            _ => "no SIMD",
+        }
+    }
+
     /// Lanes of a packet, at most [`MAX_LANES`].
     pub fn lanes(self) -> usize {
         struct Width;
@@ -70,11 +107,7 @@ impl<S: Simd> fmt::Debug for PacketMask<S> {
 pub struct PacketIndex<S: Simd>(S::u32s);
 
 /// A point of the light's plane for each shading point.
-#[derive(Clone, Copy, Debug)]
-pub struct Packet2<S: Simd> {
-    x: Packet<S>,
-    y: Packet<S>,
-}
+pub type Packet2<S> = Pair<Packet<S>>;
 
 /// A point of cosine space for each shading point.
 pub type Packet3<S> = Triple<Packet<S>>;
@@ -121,14 +154,6 @@ impl<S: Simd> PacketIndex<S> {
     #[inline(always)]
     pub fn store(self, values: &mut [u32; MAX_LANES]) {
         self.0.store_slice(&mut values[..S::u32s::LEN]);
-    }
-}
-
-impl<S: Simd> Packet2<S> {
-    /// From its coordinates.
-    #[inline(always)]
-    pub const fn new(x: Packet<S>, y: Packet<S>) -> Self {
-        Self { x, y }
     }
 }
 
@@ -246,6 +271,11 @@ impl<S: Simd> Lanes for Packet<S> {
     const MARGIN: f32 = f32::MARGIN;
 
     #[inline(always)]
+    fn sum(self, high: f32, _low: f64) -> Self {
+        self.splat(high)
+    }
+
+    #[inline(always)]
     fn copysign(self, sign: Self) -> Self {
         Self(self.0.copysign(sign.0))
     }
@@ -273,75 +303,6 @@ impl<S: Simd> Lanes for Packet<S> {
     #[inline(always)]
     fn count(index: PacketIndex<S>, mask: PacketMask<S>) -> PacketIndex<S> {
         PacketIndex(mask.0.select(index.0 + 1, index.0))
-    }
-}
-
-impl<S: Simd> Add for Packet2<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self::new(self.x + other.x, self.y + other.y)
-    }
-}
-
-impl<S: Simd> Sub for Packet2<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self::new(self.x - other.x, self.y - other.y)
-    }
-}
-
-impl<S: Simd> Mul<Packet<S>> for Packet2<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, factor: Packet<S>) -> Self {
-        Self::new(self.x * factor, self.y * factor)
-    }
-}
-
-impl<S: Simd> PlanePoint for Packet2<S> {
-    type Lanes = Packet<S>;
-    type Scalar = Packet<S>;
-
-    #[inline(always)]
-    fn from_foot(high: Vec2, _low: DVec2, foot: Self) -> Self {
-        Self::new(foot.x.splat(high.x) - foot.x, foot.y.splat(high.y) - foot.y)
-    }
-
-    #[inline(always)]
-    fn perp_dot(self, other: Self) -> Packet<S> {
-        self.x * other.y - self.y * other.x
-    }
-
-    #[inline(always)]
-    fn form(self, h: Packet3<S>) -> Packet<S> {
-        h.x() * self.x + h.y() * self.y + h.z()
-    }
-
-    #[inline(always)]
-    fn round(self) -> Self {
-        self
-    }
-
-    #[inline(always)]
-    fn x(self) -> Packet<S> {
-        self.x
-    }
-
-    #[inline(always)]
-    fn y(self) -> Packet<S> {
-        self.y
-    }
-
-    #[inline(always)]
-    fn select(mask: PacketMask<S>, yes: Self, no: Self) -> Self {
-        Self::new(Real::select(mask, yes.x, no.x), Real::select(mask, yes.y, no.y))
-    }
-
-    #[inline(always)]
-    fn of(x: Packet<S>, y: Packet<S>) -> Self {
-        Self::new(x, y)
     }
 }
 

@@ -63,7 +63,7 @@ pub struct Build {
 pub struct BenchMachine {
     /// Model of the processor.
     pub processor: String,
-    /// Pixels in a packet, as `16 lanes`: f32 in its widest vector.
+    /// The instructions that packets of pixels are shaded with, and the pixels in one: `AVX-512, 16 lanes`.
     pub simd: String,
     /// Threads that shade; yardsticks take all there are.
     pub threads: usize,

@@ -279,7 +279,7 @@ fn legend(panels: &[Panel<'_>], cell: &Area<'_>) -> Result<(), String> {
         cell.draw(&line).map_err(|e| e.to_string())?;
         mark(cell, (left + 78, top + y), *marker, *color)?;
         let knob = match *name {
-            "tree" => ": tolerance, W/(sr·m²)",
+            "tree" | "textured" => ": tolerance, W/(sr·m²)",
             "kuge" => ": eps (paper: the paper's own)",
             "uniform" => ": edges per curve",
             "quad" => ": texels of the mask",

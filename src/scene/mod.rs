@@ -1,5 +1,6 @@
 //! The scene: camera, surfaces, lights.
 
+pub mod bundled;
 pub mod camera;
 pub mod figures;
 pub mod file;

@@ -1,6 +1,8 @@
 //! Trials: the scenes that benchmarks time. One light stands over a floor of one lobe and is seen through small windows of one
 //! large picture, so that neighbouring pixels are as near each other as they are in pictures that people render.
 
+pub mod colors;
+
 use super::surface::plane;
 use super::{Camera, Material, Scene};
 use crate::light::{AreaLight, Form, Layer, Placement};
@@ -15,7 +17,7 @@ use core::str::FromStr;
 use glam::{DAffine2, DVec2, DVec3};
 use std::fmt::Write;
 
-/// A light to be timed, of radiance 1 in white, some 1.4 m high or 4 m wide.
+/// A light to be timed, of radiance 1 where it is brightest, some 1.4 m high or 4 m wide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Trial {
     /// A rectangle: the unit of all times.
@@ -24,6 +26,8 @@ pub enum Trial {
     Cavity,
     /// One glyph, "&".
     Glyph,
+    /// The same glyph in colours that change across it.
+    Picture,
     /// A line of text.
     Line,
     /// Five lines of text.
@@ -34,7 +38,8 @@ pub enum Trial {
 
 impl Trial {
     /// All of them, by the number of their curves.
-    pub const ALL: [Self; 6] = [Self::Rectangle, Self::Cavity, Self::Glyph, Self::Line, Self::Paragraph, Self::Drawing];
+    pub const ALL: [Self; 7] =
+        [Self::Rectangle, Self::Cavity, Self::Glyph, Self::Picture, Self::Line, Self::Paragraph, Self::Drawing];
 
     /// What the command line and tables call it.
     pub const fn name(self) -> &'static str {
@@ -42,6 +47,7 @@ impl Trial {
             Self::Rectangle => "rectangle",
             Self::Cavity => "cavity",
             Self::Glyph => "glyph",
+            Self::Picture => "picture",
             Self::Line => "line",
             Self::Paragraph => "paragraph",
             Self::Drawing => "drawing",
@@ -56,7 +62,7 @@ impl Trial {
         let layers = match self {
             Self::Rectangle => vec![white(Shape::rectangle(DVec2::ZERO, DVec2::splat(1.4)))],
             Self::Cavity => vec![white(path::shape(CAVITY, FillRule::EvenOdd)?)],
-            Self::Glyph => vec![white(text("&", 1.9)?)],
+            Self::Glyph | Self::Picture => vec![white(text("&", 1.9)?)],
             Self::Line => vec![white(text(LINE, 0.38)?)],
             Self::Paragraph => vec![white(text(PARAGRAPH, 0.36)?)],
             Self::Drawing => {
@@ -64,7 +70,22 @@ impl Trial {
                 art.layers.into_iter().map(|layer| Layer::of_art(layer, true)).collect()
             }
         };
-        Ok(stand(layers))
+        let layers = stand(layers);
+        Ok(if self.has_picture() { layers.into_iter().map(colors::colored).collect() } else { layers })
+    }
+
+    /// Whether its colours change from place to place.
+    pub const fn has_picture(self) -> bool {
+        matches!(self, Self::Picture)
+    }
+
+    /// The same light of layers that have one colour each, so that contour integrals can be its yardstick.
+    ///
+    /// # Errors
+    /// As [`Trial::layers`].
+    pub fn flat_layers(self) -> Result<Vec<Layer>, OutlineError> {
+        let flat: Result<Vec<_>, _> = self.layers()?.iter().map(|layer| colors::bands(layer, colors::BANDS)).collect();
+        Ok(flat?.concat())
     }
 }
 

@@ -2,11 +2,14 @@
 //!
 //! The floor of a 1024 × 1024 picture, alpha 0.25, lights standing 0.15 m above it. Every light goes the same way; the
 //! rectangle is the unit to compare with. `integral` times the integral alone on one thread, in blocks of 4 × 4 pixels spread over
-//! the picture; `far` the same of more and more glyphs far away; `picture` the whole shading stage of a metal floor on each backend; `lights` that of a floor under 1 to 1000
-//! signs, clustered and one by one. Run: `cargo bench --bench integral`. What each technique takes, and how wrong it is,
-//! `glyphlight bench` tells.
+//! the picture; `AVX2` and its like the same in the packets of this processor and of lesser ones, `one by one` without packets;
+//! `far` the same of more and more glyphs far away; `picture` the whole shading stage of a metal floor on each backend; `lights`
+//! that of a floor under 1 to 1000 signs, clustered and one by one. Run: `cargo bench --bench integral`. What each technique
+//! takes, and how wrong it is, `glyphlight bench` tells.
 
 #![allow(clippy::print_stdout, reason = "a backend that is skipped is said aloud")]
+
+mod gpu;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DAffine2, DVec2, DVec3};
@@ -15,10 +18,11 @@ use glyphlight::backend::emitter::Emitter;
 use glyphlight::backend::gather::Images;
 use glyphlight::backend::packets::{PointPacket, Question, tree_of};
 use glyphlight::backend::prepared::Prepared;
-use glyphlight::backend::{Backend, BackendError, Settings, Skips};
-use glyphlight::brdf::ltc::Table;
+use glyphlight::backend::{Backend, Settings, Skips};
+use glyphlight::brdf::ltc::{Lobe, Table};
 use glyphlight::kernel::frame::ShadingFrame;
 use glyphlight::kernel::packet::{MAX_LANES, Processor};
+use glyphlight::kernel::tree::Budget;
 use glyphlight::light::Placement;
 use glyphlight::outline::font::Font;
 use glyphlight::outline::text::{TextStyle, layout};
@@ -26,6 +30,7 @@ use glyphlight::scene::signs::{SignsOptions, signs};
 use glyphlight::scene::trial::{self, Finish, Trial};
 use glyphlight::scene::{Material, Scene};
 use glyphlight::shape::Shape;
+use gpu::gpu;
 use std::hint::black_box;
 use std::time::Duration;
 
@@ -65,52 +70,80 @@ fn floor_points(prepared: &Prepared) -> Vec<(DVec3, ShadingFrame)> {
 }
 
 /// As the CPU backend does: packet by packet, and point by point where the light is close.
-fn integrate(emitter: &Emitter, points: &[(DVec3, ShadingFrame)], tolerance: f32, specular: bool) -> f64 {
-    let (table, processor) = (Table::shipped(), Processor::default());
-    let tree = tree_of(emitter).expect("a tree");
-    let lobe = |frame: &ShadingFrame| table.lobe(0.25, frame.cos_theta as f32);
-    let question =
-        Question { emitter, tree, specular, asking: u32::MAX, tolerance: [tolerance; MAX_LANES], may_be_cut: true };
+fn integrate(processor: Processor, question: &Question<'_>, points: &[(DVec3, ShadingFrame)]) -> f64 {
     let mut packet = PointPacket::default();
     let mut sum = 0.0;
     for points in points.chunks(processor.lanes()) {
         packet.clear();
         points.iter().for_each(|(position, frame)| packet.push(*position, frame, &lobe(frame)));
-        let answer = packet.ask(processor, &question);
+        let answer = packet.ask(processor, question);
         sum += answer.value.iter().map(|&value| f64::from(value)).sum::<f64>();
-        for (lane, (position, frame)) in points.iter().enumerate().filter(|(lane, _)| answer.alone >> lane & 1 == 1) {
-            let Ok(images) = Images::new(emitter, frame, *position) else { continue };
-            let lobe = specular.then(|| lobe(frame));
-            if let Ok(integral) = images.integral(emitter, lobe.as_ref(), tolerance, &mut packet.budget(lane)) {
-                sum += integral.value.x;
-            }
+        for (lane, point) in points.iter().enumerate().filter(|(lane, _)| answer.alone >> lane & 1 == 1) {
+            sum += alone(question, point, &mut packet.budget(lane));
         }
     }
     sum
 }
 
+/// The integral at one point.
+fn alone(question: &Question<'_>, (position, frame): &(DVec3, ShadingFrame), budget: &mut Budget) -> f64 {
+    let Ok(images) = Images::new(question.emitter, frame, *position) else { return 0.0 };
+    let lobe = question.specular.then(|| lobe(frame));
+    let integral = images.integral(question.emitter, lobe.as_ref(), question.tolerance[0], budget);
+    integral.map_or(0.0, |integral| integral.value.x)
+}
+
+fn lobe(frame: &ShadingFrame) -> Lobe {
+    Table::shipped().lobe(0.25, frame.cos_theta as f32)
+}
+
+/// What is asked at every point.
+fn question(emitter: &Emitter, tolerance: f32, specular: bool) -> Question<'_> {
+    let tree = tree_of(emitter).expect("a tree");
+    Question { emitter, tree, specular, asking: u32::MAX, tolerance: [tolerance; MAX_LANES], may_be_cut: true }
+}
+
 fn integral(c: &mut Criterion) {
-    for (lobe, lobes) in [("specular", true), ("diffuse", false)] {
-        for tolerance in [1e-3, 1e-4] {
-            let mut group = c.benchmark_group(format!("integral, {lobe}, tolerance {tolerance:e}"));
-            for trial in LIGHTS {
-                let prepared = Prepared::new(&scene(trial), &settings(tolerance)).expect("a scene");
-                let points = floor_points(&prepared);
-                let emitter = &prepared.emitters[0];
-                group.throughput(Throughput::Elements(points.len() as u64));
-                group.bench_function(BenchmarkId::from_parameter(trial), |b| {
-                    b.iter(|| black_box(integrate(emitter, black_box(&points), tolerance, lobes)));
-                });
-            }
-            group.finish();
+    for tolerance in [1e-3, 1e-4] {
+        integrals(c, "integral", tolerance, |question, points| integrate(Processor::default(), question, points));
+    }
+}
+
+/// The same with what lesser processors can do, and without packets.
+fn processor(c: &mut Criterion) {
+    integrals(c, "one by one", 1e-3, |question, points| {
+        points.iter().map(|point| alone(question, point, &mut Budget::default())).sum()
+    });
+    for processor in Processor::all() {
+        integrals(c, processor.name(), 1e-3, |question, points| integrate(processor, question, points));
+    }
+}
+
+fn integrals(
+    c: &mut Criterion,
+    name: &str,
+    tolerance: f32,
+    integrate: impl Fn(&Question<'_>, &[(DVec3, ShadingFrame)]) -> f64,
+) {
+    for (lobe, specular) in [("specular", true), ("diffuse", false)] {
+        let mut group = c.benchmark_group(format!("{name}, {lobe}, tolerance {tolerance:e}"));
+        for trial in LIGHTS {
+            let prepared = Prepared::new(&scene(trial), &settings(tolerance)).expect("a scene");
+            let points = floor_points(&prepared);
+            let question = question(&prepared.emitters[0], tolerance, specular);
+            group.throughput(Throughput::Elements(points.len() as u64));
+            group.bench_function(BenchmarkId::from_parameter(trial), |b| {
+                b.iter(|| black_box(integrate(&question, black_box(&points))));
+            });
         }
+        group.finish();
     }
 }
 
 /// Paragraphs 20 m and 40 m behind the light's place: with twice the glyphs of the same size, one paragraph over the other, and with
 /// twice the glyphs on the same area.
 fn far(c: &mut Criterion) {
-    for (lobe, lobes) in [("specular", true), ("diffuse", false)] {
+    for (lobe, specular) in [("specular", true), ("diffuse", false)] {
         let mut group = c.benchmark_group(format!("far, {lobe}, tolerance 1e-3"));
         for (name, same_area, away) in [("20 m", false, 20.0), ("20 m, same area", true, 20.0), ("40 m", false, 40.0)] {
             for copies in [1_i32, 2, 4, 8] {
@@ -128,8 +161,9 @@ fn far(c: &mut Criterion) {
                 let prepared = Prepared::new(&scene, &settings(1e-3)).expect("a scene");
                 let points = floor_points(&prepared);
                 group.throughput(Throughput::Elements(points.len() as u64));
+                let question = question(&prepared.emitters[0], 1e-3, specular);
                 group.bench_function(BenchmarkId::new(name, 100 * copies), |b| {
-                    b.iter(|| black_box(integrate(&prepared.emitters[0], black_box(&points), 1e-3, lobes)));
+                    b.iter(|| black_box(integrate(Processor::default(), &question, black_box(&points))));
                 });
             }
         }
@@ -199,16 +233,5 @@ fn shading(backend: &dyn Backend, scene: &Scene, settings: &Settings) -> Duratio
     Duration::from_secs_f64(stage.1)
 }
 
-#[cfg(feature = "gpu")]
-fn gpu() -> Result<Box<dyn Backend>, BackendError> {
-    use glyphlight::backend::gpu::{AdapterChoice, GpuBackend};
-    Ok(Box::new(GpuBackend::new(AdapterChoice::Any)?))
-}
-
-#[cfg(not(feature = "gpu"))]
-fn gpu() -> Result<Box<dyn Backend>, BackendError> {
-    Err(BackendError::NoAdapter("built without the feature `gpu`".into()))
-}
-
-criterion_group!(benches, integral, far, picture, lights_together);
+criterion_group!(benches, integral, processor, far, picture, lights_together);
 criterion_main!(benches);

@@ -8,15 +8,18 @@
 
 #![allow(clippy::print_stdout, reason = "the table is what it is for")]
 
+mod gpu;
+
 use glam::Vec3;
 use glyphlight::backend::cpu::CpuBackend;
-use glyphlight::backend::{Backend, BackendError, Settings, Skips};
+use glyphlight::backend::{Backend, Settings, Skips};
 use glyphlight::film::Film;
 use glyphlight::outline::font::Font;
 use glyphlight::outline::text::{TextStyle, layout};
 use glyphlight::scene::signs::{SignsOptions, signs};
 use glyphlight::scene::{Material, Scene};
 use glyphlight::shape::Shape;
+use gpu::gpu;
 
 /// Seconds that this thread has waited for a processor since it began; nothing where the system does not tell.
 fn waited() -> f64 {
@@ -69,17 +72,6 @@ fn scene(words: &[Shape], floor: &str, same_area: bool, count: u32) -> Scene {
         options = SignsOptions { width, heights: options.heights.map(|h| h / width), ..options };
     }
     signs(words, &options)
-}
-
-#[cfg(feature = "gpu")]
-fn gpu() -> Result<Box<dyn Backend>, BackendError> {
-    use glyphlight::backend::gpu::{AdapterChoice, GpuBackend};
-    Ok(Box::new(GpuBackend::new(AdapterChoice::Any)?))
-}
-
-#[cfg(not(feature = "gpu"))]
-fn gpu() -> Result<Box<dyn Backend>, BackendError> {
-    Err(BackendError::NoAdapter("built without the feature `gpu`".into()))
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

@@ -6,6 +6,7 @@
 #![cfg(feature = "gpu")]
 
 use crate::cases::{Rng, ring};
+pub use crate::reference::light;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::gather::Images;
@@ -17,7 +18,7 @@ use glyphlight::brdf::ltc::Table;
 use glyphlight::film::Film;
 use glyphlight::kernel::frame::ShadingFrame;
 use glyphlight::kernel::tree::Budget;
-use glyphlight::light::{AreaLight, Form, Layer, Placement};
+use glyphlight::light::{AreaLight, Layer, Placement};
 use glyphlight::scene::surface::plane;
 use glyphlight::scene::{Camera, Material, Scene, Texture, Triangle, Vertex};
 use glyphlight::shape::{CubicBez, Shape};
@@ -46,16 +47,6 @@ pub fn settings(samples: u32) -> Settings {
 
 fn material(alpha: f32, metallic: f32) -> Material {
     Material { base_color: [0.9, 0.7, 0.5], metallic, alpha, ..Material::default() }
-}
-
-pub fn light(shape: Shape, origin: DVec3, turn: DVec3, radiance: DVec3) -> AreaLight {
-    AreaLight {
-        name: "light".into(),
-        layers: vec![Layer { shape, radiance, opacity: 1.0, picture: None }],
-        form: Form::Outline,
-        placement: Placement::new(origin, turn, DVec2::ONE),
-        two_sided: false,
-    }
 }
 
 /// A light over a floor.

@@ -268,7 +268,7 @@ fn compare_writes_all_that_it_says() {
     let said = compare(&here, &["figure:hole", "--techniques", "tree,uniform:6,textured", "--exr", "-o", "out/cmp"]);
     let stderr = String::from_utf8(said.stderr).unwrap();
     assert_eq!(said.status.code(), Some(0), "{stderr}");
-    assert_eq!(stderr, "warning: left out: textured: no light of the scene has a picture; it would be the tree\n");
+    assert_eq!(stderr, "warning: left out: textured: no light has a picture; it would be the tree\n");
     let stdout = String::from_utf8(said.stdout).unwrap();
     assert!(stdout.contains("uniform:6") && stdout.contains("exact, cosine horizon"), "{stdout}");
     let json: Value = serde_json::from_slice(&std::fs::read(here.path("out/cmp/table.json")).unwrap()).unwrap();
@@ -323,10 +323,10 @@ fn nothing_of_the_users_is_overwritten() {
     refused(&[&tree[..], &["out", "--force"]].concat(), "\"letter.txt\", which is no part of a comparison");
     // What cannot show anything ends before it begins.
     let textured = ["figure:hole", "--techniques", "textured", "-o", "new"];
-    refused(&textured, "nothing to compare: textured: no light of the scene has a picture");
+    refused(&textured, "nothing to compare: textured: no light has a picture");
     refused(
         &["figure:picture", "--techniques", "exact", "-o", "new"],
-        "nothing to compare: exact: a light of the scene",
+        "nothing to compare: exact: a light has a picture",
     );
     refused(&[&tree[..], &["new", "--spp", "16"]].concat(), "--spp has no effect here");
     // An error in the middle leaves nothing either.

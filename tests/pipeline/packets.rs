@@ -74,8 +74,8 @@ fn alone(
 }
 
 /// Asks packets of random points; returns how many lanes differ from the point alone, and of each outcome.
-fn disagreements(shift: f64) -> (usize, [usize; 4]) {
-    let (processor, table) = (Processor::default(), Table::shipped());
+fn disagreements(processor: Processor, shift: f64) -> (usize, [usize; 4]) {
+    let table = Table::shipped();
     let mut random = Random(7);
     let (mut wrong, mut outcomes) = (0, [0; 4]);
     for emitter in emitters() {
@@ -122,14 +122,29 @@ fn disagreements(shift: f64) -> (usize, [usize; 4]) {
 }
 
 #[test]
-fn every_lane_has_the_bits_of_the_point_alone() {
-    let (wrong, outcomes) = disagreements(0.0);
-    println!("integrals, below, behind, alone: {outcomes:?}; {wrong} differ");
-    assert_eq!(wrong, 0);
-    assert!(outcomes.iter().all(|&n| n > 50), "{outcomes:?}");
+fn every_lane_has_the_bits_of_the_point_alone_on_all_processors() {
+    for processor in Processor::all() {
+        let (wrong, outcomes) = disagreements(processor, 0.0);
+        println!("{processor}: integrals, below, behind, alone: {outcomes:?}; {wrong} differ");
+        assert_eq!(wrong, 0, "{processor}");
+        assert!(outcomes.iter().all(|&n| n > 50), "{processor}: {outcomes:?}");
+    }
 }
 
 #[test]
 fn a_packet_that_is_moved_by_a_millionth_differs() {
-    assert!(disagreements(1e-6).0 > 1000);
+    for processor in Processor::all() {
+        assert!(disagreements(processor, 1e-6).0 > 100 * processor.lanes(), "{processor}");
+    }
+}
+
+#[test]
+fn processors_are_this_one_and_lesser_ones() {
+    let all = Processor::all();
+    let (names, lanes): (Vec<_>, Vec<_>) = all.iter().map(|p| (p.name(), p.lanes())).unzip();
+    assert!(lanes.is_sorted() && lanes.iter().all(|lanes| (1..=MAX_LANES).contains(lanes)), "{lanes:?}");
+    assert!((1..names.len()).all(|i| !names[i..].contains(&names[i - 1])), "{names:?}");
+    let best = all.last().expect("one at least").to_string();
+    assert_eq!(Processor::default().to_string(), best);
+    assert_eq!(best, format!("{}, {} lanes", names[names.len() - 1], lanes[lanes.len() - 1]));
 }

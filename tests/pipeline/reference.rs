@@ -4,6 +4,7 @@ mod bodies;
 mod points;
 mod student;
 
+use crate::yardstick::scaled;
 use glam::{DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::technique::{ReferenceLobe, Sampling};
@@ -125,16 +126,6 @@ fn hard_places_agree_with_the_yardstick() {
     let rectangle = || Shape::rectangle(DVec2::new(-0.8, -0.5), DVec2::new(0.8, 0.5));
     let at = |origin: DVec3, turn: DVec3| light(rectangle(), origin, turn, DVec3::new(1.0, 0.7, 0.4));
     let level = DVec3::new(90.0, 0.0, 0.0);
-    let scaled = |mut scene: Scene, factor: f64| {
-        scene.camera.position *= factor;
-        scene.camera.look_at *= factor;
-        for light in &mut scene.lights {
-            let Placement { origin, x, y } = light.placement;
-            light.placement = Placement { origin: origin * factor, x: x * factor, y: y * factor };
-        }
-        scene.triangles.iter_mut().flat_map(|t| &mut t.vertices).for_each(|v| v.position *= factor);
-        scene
-    };
     let upright = || floor(0.1, vec![at(DVec3::Y, DVec3::new(0.0, 20.0, 0.0))]);
     let mut grazing = upright();
     grazing.camera.position = DVec3::new(0.5, 0.01, 3.0);

@@ -1,6 +1,7 @@
 //! SVG: every drawing in `svg/` against an independent painting of it; colours, order, clips, strokes, text.
 
 use crate::mask::{SHIFTS, disagreement};
+use crate::paint::base64;
 use crate::painter::Picture;
 use glam::DVec2;
 use glyphlight::light::Layer;
@@ -260,17 +261,6 @@ fn gradients_patterns_and_images_have_their_mean() {
     // Without its own colours, a layer shines at its mean opacity.
     let plain: Vec<_> = art.layers.into_iter().map(|l| Layer::of_art(l, false)).collect();
     assert!((plain[0].radiance - 0.5).abs().max_element() < 1e-3 && plain.iter().all(|l| l.picture.is_none()));
-}
-
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let group = |chunk: &[u8]| {
-        let bits = (0..3).fold(0_u32, |bits, i| bits << 8 | u32::from(chunk.get(i).copied().unwrap_or(0)));
-        let digit =
-            |i: usize| if i <= chunk.len() { char::from(DIGITS[(bits >> (18 - 6 * i) & 63) as usize]) } else { '=' };
-        (0..4).map(digit).collect::<String>()
-    };
-    bytes.chunks(3).map(group).collect()
 }
 
 #[test]

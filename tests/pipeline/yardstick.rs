@@ -95,22 +95,27 @@ fn the_nearer_light_hides_the_farther() {
     }
 }
 
+/// A scene as a model of itself.
+pub fn scaled(mut scene: Scene, factor: f64) -> Scene {
+    scene.camera.position *= factor;
+    scene.camera.look_at *= factor;
+    for light in &mut scene.lights {
+        let Placement { origin, x, y } = light.placement;
+        light.placement = Placement { origin: origin * factor, x: x * factor, y: y * factor };
+    }
+    scene.triangles.iter_mut().flat_map(|t| &mut t.vertices).for_each(|v| v.position *= factor);
+    scene
+}
+
 /// A scene of a thousandth of a millimetre looks as one of metres.
 #[test]
 fn a_tiny_scene_is_seen() {
-    let scaled = |factor: f64| {
-        let mut scene = scene(vec![light([1.0, 0.6], [0.0, 0.6, 0.0], [0.0; 3], [1.0; 3])]);
-        scene.camera.position *= factor;
-        scene.camera.look_at *= factor;
-        for light in &mut scene.lights {
-            let Placement { origin, x, y } = light.placement;
-            light.placement = Placement { origin: origin * factor, x: x * factor, y: y * factor };
-        }
-        scene.triangles.iter_mut().flat_map(|t| &mut t.vertices).for_each(|v| v.position *= factor);
-        render(&scene, Technique::Tree)
+    let of_size = |factor: f64| {
+        let scene = scene(vec![light([1.0, 0.6], [0.0, 0.6, 0.0], [0.0; 3], [1.0; 3])]);
+        render(&scaled(scene, factor), Technique::Tree)
     };
-    let metres = scaled(1.0);
-    let off = worst(&scaled(1e-6), &metres);
+    let metres = of_size(1.0);
+    let off = worst(&of_size(1e-6), &metres);
     assert!(off < 1e-4, "{off}");
     let mut dark = metres.clone();
     dark.specular.fill([0.0; 3]);

@@ -62,7 +62,7 @@ pub fn run(plan: &PlanArgs) -> Result<(), Error> {
         options.push(format!("--scene={scene}"));
     }
     // Pictures of several machines are those of one only if all have the same backend, and not every machine has a GPU.
-    let backend = if args.backend == super::BackendArg::Gpu { "gpu" } else { "cpu" };
+    let backend = if args.picture.backend == super::BackendArg::Gpu { "gpu" } else { "cpu" };
     options.push(format!("--backend={backend}"));
     let job = Job {
         program: plan.program.clone(),

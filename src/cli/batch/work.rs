@@ -20,7 +20,7 @@ pub fn run(args: &Args, plan: &Plan, loaded: &Loaded, threads: usize) -> Result<
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
     pool.map_err(|e| Error::Usage(format!("--worker {threads}: {e}")))?;
     let Some(slot) = &loaded.slot else { return Err(Error::Usage("the template has no slot".into())) };
-    let wanted = args.worker_backend.unwrap_or(args.backend);
+    let wanted = args.worker_backend.unwrap_or(args.picture.backend);
     let backends = Backends::new(wanted);
     let still = Motion::STILL;
     let begin = |settings: &Settings| backends.begin(&loaded.scene, &still, settings);

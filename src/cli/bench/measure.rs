@@ -200,13 +200,14 @@ impl Bencher {
         Ok(())
     }
 
-    /// Measures a cell. `layers` are those of its light, `rectangle` those of the unit.
+    /// Measures a cell. `rectangle` are the layers of the unit.
     ///
     /// # Errors
-    /// A yardstick that fails. A technique that fails is left out.
-    pub fn cell(&self, cell: &Cell, layers: &[Layer], rectangle: &[Layer]) -> Result<Measured, Error> {
+    /// A light or a yardstick that fails. A technique that fails is left out.
+    pub fn cell(&self, cell: &Cell, rectangle: &[Layer]) -> Result<Measured, Error> {
         let here = format!("{}, {}", cell.trial, cell.finish);
-        let scenes = self.scenes(layers, cell.finish);
+        let layers = cell.trial.layers()?;
+        let scenes = self.scenes(&layers, cell.finish);
         let flat = self.scenes(rectangle, cell.finish);
         let mut measured = Measured::default();
         let mut runners: Vec<Runner<'_>> = Vec::new();
@@ -241,7 +242,7 @@ impl Bencher {
             runners.iter_mut().try_for_each(|runner| self.again(runner))?;
         }
         self.line.say(format_args!("{here}: yardsticks"));
-        let judge = Judge::new(self, &scenes, cell.finish, &runners)?;
+        let judge = Judge::new(self, cell, &scenes, &runners)?;
         for on in backends {
             let of = |r: &&Runner<'_>| r.on == on;
             let rectangle = runners.iter().filter(of).find(|r| std::ptr::eq(r.scenes, &*flat));
@@ -249,7 +250,7 @@ impl Bencher {
             for runner in runners.iter().filter(of) {
                 if let Some(point) = runner.point {
                     let units = [rectangle, uniform].map(|unit| Ratio::of(&runner.nanoseconds, &unit?.nanoseconds));
-                    measured.rows.push(judge.row(cell.trial, layers, runner, point, units)?);
+                    measured.rows.push(judge.row(cell.trial, &layers, runner, point, units)?);
                 }
             }
         }
@@ -264,27 +265,29 @@ impl Bencher {
 /// What is right.
 struct Judge {
     finish: Finish,
-    /// The same lobe, integrated exactly and clipped at a horizon.
+    /// The same lobe, integrated exactly and clipped at a horizon; pictures as flat bands.
     exact: Vec<(Horizons, Windows)>,
     truth: Option<Windows>,
 }
 
 impl Judge {
-    fn new(bencher: &Bencher, scenes: &[Scene], finish: Finish, runners: &[Runner<'_>]) -> Result<Self, Error> {
-        let side = bencher.side;
-        let on_all_threads = |settings: Settings| {
+    fn new(bencher: &Bencher, cell: &Cell, scenes: &[Scene], runners: &[Runner<'_>]) -> Result<Self, Error> {
+        let (side, finish) = (bencher.side, cell.finish);
+        let on_all_threads = |scenes: &[Scene], settings: Settings| {
             Bencher::all_windows(scenes, move |scene| Ok((CpuBackend.render(scene, &settings)?, 1.0)))
         };
+        let flat = bencher.scenes(&cell.trial.flat_layers()?, finish);
         let default = Settings { width: side, height: side, samples: 1, ..Settings::default() };
         let mut exact: Vec<(Horizons, Windows)> = Vec::new();
         for runner in runners {
             let horizons = Self::horizons(finish, &runner.settings);
             if !exact.iter().any(|(known, _)| *known == horizons) {
-                exact.push((horizons, on_all_threads(Settings { technique: Technique::Exact, horizons, ..default })?));
+                let settings = Settings { technique: Technique::Exact, horizons, ..default };
+                exact.push((horizons, on_all_threads(&flat, settings)?));
             }
         }
         let ggx = |spp| Technique::Reference(Sampling { spp, ..Sampling::default() });
-        let truth = bencher.reference.map(|spp| on_all_threads(Settings { technique: ggx(spp), ..default }));
+        let truth = bencher.reference.map(|spp| on_all_threads(scenes, Settings { technique: ggx(spp), ..default }));
         Ok(Self { finish, exact, truth: truth.transpose()? })
     }
 

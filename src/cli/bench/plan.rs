@@ -2,7 +2,9 @@
 
 use crate::backend::technique::{ReferenceLobe, Sampling};
 use crate::backend::{Settings, Technique};
+use crate::cli::technique::why_not;
 use crate::cli::values::positive;
+use crate::report::LeftOut;
 use crate::report::bench::BenchRow;
 use crate::scene::trial::{FINISHES, Finish, Trial};
 use core::fmt;
@@ -15,7 +17,7 @@ pub struct Point {
     /// Without its knob.
     pub name: &'static str,
     pub knob: Option<String>,
-    /// Of the tree.
+    /// Of the techniques that heed one.
     pub tolerance: f32,
 }
 
@@ -26,8 +28,9 @@ pub const UNIT_TOLERANCE: f32 = 1e-3;
 pub const UNIFORM_UNIT: Technique = Technique::Uniform { segments: 30 };
 
 /// The knobs that are measured unless told otherwise, by technique.
-const KNOBS: [(&str, &[&str]); 7] = [
+const KNOBS: [(&str, &[&str]); 8] = [
     ("tree", &["1e-2", "1e-3", "1e-4", "1e-5"]),
+    ("textured", &["1e-2", "1e-3", "1e-4"]),
     ("kuge", &["", "1e-3", "1e-5", "1e-7"]),
     ("uniform", &["3", "6", "18", "30"]),
     ("quad", &["64", "512"]),
@@ -37,8 +40,9 @@ const KNOBS: [(&str, &[&str]); 7] = [
 ];
 
 /// Those of `--quick`.
-const QUICK: [(&str, &[&str]); 5] = [
+const QUICK: [(&str, &[&str]); 6] = [
     ("tree", &["1e-3", "1e-4"]),
+    ("textured", &["1e-3"]),
     ("kuge", &[""]),
     ("uniform", &["6", "30"]),
     ("quad", &["256"]),
@@ -49,10 +53,9 @@ impl Point {
     /// `tree:1e-3`, `kuge`, `kuge:1e-4`, `uniform:30` …
     fn new(name: &str, knob: &str) -> Result<Self, String> {
         let knob = (!knob.is_empty()).then(|| knob.to_owned());
-        if name == "tree" {
+        if let Ok(technique @ (Technique::Tree | Technique::Textured)) = name.parse() {
             let tolerance = positive(knob.as_deref().unwrap_or("1e-4"))?;
-            let knob = Some(format!("{tolerance:e}"));
-            return Ok(Self { technique: Technique::Tree, name: Technique::Tree.name(), knob, tolerance });
+            return Ok(Self { technique, name: technique.name(), knob: Some(format!("{tolerance:e}")), tolerance });
         }
         let spelled = knob.as_ref().map_or_else(|| name.to_owned(), |knob| format!("{name}:{knob}"));
         let technique = match spelled.parse()? {
@@ -127,6 +130,22 @@ pub struct Cell {
     pub points: Vec<(On, Point)>,
 }
 
+/// Takes what has nothing to show on a light out of the cells, and says why: once for a technique on a light.
+pub fn leave_out(cells: &mut [Cell]) -> Vec<LeftOut> {
+    let mut left_out: Vec<LeftOut> = Vec::new();
+    for Cell { trial, points, .. } in cells {
+        points.retain(|(_, point)| {
+            let Some(reason) = why_not(&point.technique, trial.has_picture()) else { return true };
+            let left = LeftOut { technique: format!("{trial}, {}", point.name), reason: reason.into() };
+            if !left_out.contains(&left) {
+                left_out.push(left);
+            }
+            false
+        });
+    }
+    left_out
+}
+
 /// Which part of everything.
 #[derive(Debug)]
 pub struct Filter<'a> {
@@ -156,7 +175,7 @@ impl Filter<'_> {
             }
         }
         let trials = match self.shapes {
-            [] if self.quick => &[Trial::Rectangle, Trial::Cavity, Trial::Line][..],
+            [] if self.quick => &[Trial::Rectangle, Trial::Cavity, Trial::Picture, Trial::Line][..],
             [] => &Trial::ALL[..],
             asked => asked,
         };
@@ -226,7 +245,9 @@ mod tests {
         assert_eq!("tree".parse::<Wanted>().unwrap().0.len(), 4);
         assert_eq!("tree:0.001".parse::<Wanted>().unwrap().0[0].label(), "tree:1e-3");
         assert_eq!("uniform:30".parse::<Wanted>().unwrap().0[0].technique, UNIFORM_UNIT);
-        for wrong in ["tree:0", "tree:x", "trees", "uniform:0", "pal:skew", "exact:1"] {
+        assert_eq!("textured".parse::<Wanted>().unwrap().0.len(), 3);
+        assert_eq!("textured:0.01".parse::<Wanted>().unwrap().0[0].label(), "textured:1e-2");
+        for wrong in ["tree:0", "tree:x", "textured:0", "trees", "uniform:0", "pal:skew", "exact:1"] {
             assert!(wrong.parse::<Wanted>().is_err(), "{wrong}");
         }
     }

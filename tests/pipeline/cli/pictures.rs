@@ -161,6 +161,36 @@ fn counters_add_up() {
     }
 }
 
+/// All that is skipped is printed with the reason.
+#[test]
+fn statistics_name_what_was_skipped() {
+    let here = Workdir::new();
+    let sign = |i: u32| {
+        let (x, z) = (f64::from(i % 8) - 4.0, -f64::from(i / 8));
+        format!("[[light]]\npath = \"M0 0H0.5V0.3H0Z\"\nposition = [{x:.1}, 0.1, {z:.1}]\n")
+    };
+    let scene = "[camera]\nposition = [0.0, 2.0, 6.0]\nlook_at = [0.0, 0.0, -1.0]\n[[surface]]\nkind = \"plane\"\n\
+                 size = 30.0\nmaterial = { specular = 0.0 }\n";
+    here.write("signs.toml", format!("{scene}{}", (0..48).map(sign).collect::<String>()));
+    let table = |args: &[&str]| {
+        let all = [&["render", "signs.toml", "-o", "out/a.png", "--stats", "--tolerance", "1e-2"], args, &SMALL[..]];
+        here.stdout(all.concat())
+    };
+    let all = table(&[]);
+    let row = |table: &str, name: &str| table.lines().find(|l| l.trim().starts_with(name)).map(str::to_owned);
+    assert!(row(&all, "left out for all samples").is_some_and(|r| r.contains("specular, textures, horizons")), "{all}");
+    let light = row(&all, "skipped, light 48").or_else(|| row(&all, "skipped, ")).unwrap();
+    for reason in
+        ["behind ", "by tile)", "below the horizon ", "no such lobe 50.0 %", "under the tolerance ", "in a cluster "]
+    {
+        assert!(light.contains(reason), "{reason} is not in {light}");
+    }
+    assert!(row(&all, "clusters of lights visited").is_some_and(|r| r.contains("by tiles; per sample")), "{all}");
+    let one_by_one = table(&["--without-skip", "clusters", "--without-skip", "lobes"]);
+    assert!(row(&one_by_one, "clusters of lights visited").is_none(), "{one_by_one}");
+    assert!(row(&one_by_one, "left out for all samples").is_some_and(|r| !r.contains("specular")), "{one_by_one}");
+}
+
 /// The blocks of the README in one language.
 fn readme(language: &str) -> Vec<String> {
     let text = std::fs::read_to_string(repository("README.md")).unwrap();
