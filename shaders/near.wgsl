@@ -239,11 +239,12 @@ fn near_edge_above(near: NearMap, clip: Clip, place: u32, a: Wide2, b: Wide2) ->
                 inside = is_above(meetings[0].coarse, first_is_after);
             }
             sum += near_closing(near, plane, meeting, inside, a, b);
-            let of_plane = part_above(meeting.coarse);
-            if of_plane.x > 0.0 && is_after(meeting.at, start) {
+            // Where it ends above it may begin after the start, where it begins above it may end before the end: both ask of the pair,
+            // for of a place next to the end f32 says 1.
+            if !meeting.coarse.start && is_after(meeting.at, start) {
                 start = meeting.at;
             }
-            if of_plane.y < 1.0 {
+            if !meeting.coarse.end {
                 let stop = select(0.0, 1.0, meeting.coarse.start);
                 let until = Wide(meeting.at.hi * stop, meeting.at.lo * stop);
                 if is_after(end, until) {
@@ -260,7 +261,7 @@ fn near_edge_above(near: NearMap, clip: Clip, place: u32, a: Wide2, b: Wide2) ->
     if start.hi > 0.0 {
         from_start = near_along(a, b, start);
     }
-    if end.hi < 1.0 {
+    if is_after(Wide(1.0, 0.0), end) {
         to_end = near_along(a, b, end);
     }
     return sum + near_edge_integral(near, from_start, to_end);
