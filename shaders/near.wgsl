@@ -43,11 +43,13 @@ struct NearMap {
 fn near_map(emitter: Emitter, images: Images, lobe: Lobe) -> NearMap {
     let z = wide_normalize(widened3(images.seen.normal));
     let view = wide_normalize(widened3(images.seen.view));
-    let cosine = wide_dot(z, view);
-    var tangent = wide_add3(view, wide_negate3(wide_scale3(z, cosine)));
-    if !(dot(tangent.hi, tangent.hi) > 1e-14) {
-        let any = widened3(any_orthonormal_vector(images.seen.normal));
-        tangent = wide_add3(any, wide_negate3(wide_scale3(z, wide_dot(z, any))));
+    // Across the normal more than once: what rounding leaves along it is large against a short tangent.
+    var tangent = view;
+    for (var k = frame.zero; k < 3u; k++) {
+        if k == 1u && !(dot(tangent.hi, tangent.hi) > 1e-14) {
+            tangent = widened3(any_orthonormal_vector(images.seen.normal));
+        }
+        tangent = wide_add3(tangent, wide_negate3(wide_scale3(z, wide_dot(z, tangent))));
     }
     let x = wide_normalize(tangent);
     let y = wide_cross(z, x);
@@ -166,7 +168,8 @@ fn near_edge_integral(near: NearMap, a: Wide2, b: Wide2) -> f32 {
     let u = wide_add2(b, wide_negate2(a));
     let sides = wide_add3(wide_scale3(near.w0, Wide(u.hi.x, u.lo.x)), wide_scale3(near.w1, Wide(u.hi.y, u.lo.y)));
     let normal = wide_add3(wide_scale3(near.normal, wide_perp_dot(u, a)), sides).hi;
-    return edge_angle(normal, dot(pa, pb) * inv, inv);
+    // Of unit vectors: the square of the normal itself may underflow.
+    return edge_angle(normal * inv, dot(pa, pb) * inv, 1.0);
 }
 
 // The point at t of the edge from a to b.
