@@ -7,10 +7,19 @@ const CLOSE: f32 = 0.00390625;
 
 // Whether the light comes so near the origin, or the lobe's footprint on it is so small, that the rounding of the light's
 // coordinates to f32 would show. Of a needle it is the distance of the whole plane that counts, for in a space so stretched
-// the foot, once it is kept near the light, may be far.
+// the foot, once it is kept near the light, may be far. It counts as well where a horizon may cut the light: it does so at nearly the
+// same line as the other, or its line hangs by the last digits of heights that are nearly 0 all over the light.
 fn is_close(map: CosineMap, lobe: Lobe) -> bool {
     let reach = max(map.gram.x, map.gram.z) * (CLOSE * CLOSE);
-    return select(reach > dot(map.c2, map.c2), reach * dot(map.normal, map.normal) > map.depth * map.depth, is_narrow(lobe));
+    let plane_is = reach * dot(map.normal, map.normal) > map.depth * map.depth;
+    let lobe_form = vec3f(map.c0.z, map.c1.z, map.c2.z);
+    let by_plane = is_narrow(lobe) || may_cut(map, lobe_form) || may_cut(map, map.surface);
+    return (plane_is && by_plane) || (reach > dot(map.c2, map.c2) && !is_narrow(lobe));
+}
+
+// Whether a plane over which heights have this form may cut the light's square.
+fn may_cut(map: CosineMap, form: vec3f) -> bool {
+    return dot(abs(form.xy), 1.0 + abs(map.foot)) >= abs(form.z);
 }
 
 // Whether a lobe's axis needs more digits than the f32 frame has.
@@ -143,10 +152,37 @@ struct NearHeight {
     form: Wide3,
 }
 
+// Whether a height is that over z = 0.
+fn is_over_zero(near: NearMap, height: Height) -> bool {
+    return all(height.form == vec3f(near.c0.hi.z, near.c1.hi.z, near.c2.hi.z));
+}
+
 fn near_form(near: NearMap, height: Height) -> NearHeight {
-    let lobe = vec3f(near.c0.hi.z, near.c1.hi.z, near.c2.hi.z);
     let low = vec3f(near.c0.lo.z, near.c1.lo.z, near.c2.lo.z);
-    return NearHeight(Wide3(height.form, select(near.surface_low, low, all(height.form == lobe))));
+    return NearHeight(Wide3(height.form, select(near.surface_low, low, is_over_zero(near, height))));
+}
+
+// A clip with the lines of its planes formed anew: where the light is nearly parallel to a plane, f32 has few digits of the line in
+// which they meet.
+fn near_clip(near: NearMap, coarse: Clip, lobe: Lobe) -> Clip {
+    var planes = array(coarse.first, coarse.second);
+    for (var k = frame.zero; k < coarse.planes; k++) {
+        // normal x axis: along it the height stays the same. That over the surface is in the shading frame, a factor apart.
+        let form = near_form(near, planes[k].height).form;
+        let x = wide_scale3(near.c1, Wide(form.hi.x, form.lo.x));
+        let line = wide_add3(x, wide_negate3(wide_scale3(near.c0, Wide(form.hi.y, form.lo.y)))).hi;
+        let factor = select(lobe_determinant(lobe) / (lobe.yy * length(lobe.row_z)), 1.0, is_over_zero(near, planes[k].height));
+        let length = length(line);
+        planes[k].along = select(vec3f(), line / length, length > 0.0);
+        planes[k].distance = select(0.0, abs(near.map.depth) / (length * factor), length > 0.0);
+    }
+    var clip = coarse;
+    clip.first = planes[0];
+    clip.second = planes[1];
+    if clip.planes == 2u {
+        join(&clip, near.map, normalize(lobe.row_z));
+    }
+    return clip;
 }
 
 fn near_height(height: NearHeight, q: Wide2) -> Wide {
