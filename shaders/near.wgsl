@@ -310,6 +310,20 @@ fn near_far_sign(height: NearHeight, a: Wide2, b: Wide2) -> f32 {
     return f32(near_height(height, b).hi > 0.0) - f32(near_height(height, a).hi > 0.0);
 }
 
+// box_place of a box relative to the foot, where nothing has been rounded that is large against its place: with the margin of heights
+// anywhere on the light, contours that are small against it would lose their slivers.
+fn near_box_place(clip: Clip, center: vec2f, half: vec2f) -> u32 {
+    var at = clip;
+    at.first.height.margin = near_margin(clip.first.height, center);
+    at.second.height.margin = near_margin(clip.second.height, center);
+    return box_place(at, center, half);
+}
+
+// Rounding bound of the height of a point relative to the foot.
+fn near_margin(height: Height, q: vec2f) -> f32 {
+    return MARGIN * (dot(abs(height.form.xy), abs(q)) + abs(height.form.z));
+}
+
 // A cubic by its differences, to twice the digits.
 struct NearCubic {
     p0: Wide2,
@@ -409,7 +423,7 @@ fn near_tree_integral(
             area_3 = node_area_3(nodes[i].areas);
         }
         let kind = link & ~LINK_MASK;
-        let place = box_place(clip, center, half);
+        let place = near_box_place(clip, center, half);
         let e = expansion_about(map, center, half);
         var accept = false;
         if kind != SEGMENT && place < PLACE_BELOW {
