@@ -15,10 +15,10 @@ struct ShadingFrame {
 fn shading_frame(normal: vec3f, view: vec3f) -> ShadingFrame {
     let cos_theta = dot(normal, view);
     let tangent = view - normal * cos_theta;
+    // Once more across the normal: what rounding left along it is large against a short tangent, and may be all there is of one.
+    let across = tangent - normal * dot(normal, tangent);
     var x: vec3f;
-    if dot(tangent, tangent) > 1e-14 {
-        // Once more across the normal: what rounding left along it is large against a short tangent.
-        let across = tangent - normal * dot(normal, tangent);
+    if dot(across, across) > 1e-14 {
         x = normalize(across);
     } else {
         // Along the normal every tangent serves: lobes there are round.

@@ -25,7 +25,7 @@ fn gather(
         return skipped_for(SKIP_BELOW_HORIZON);
     }
     if close {
-        return near_emission(emitter, images, lobe, near, clip, tolerance, budget);
+        return near_emission(emitter, images, lobe, near, near_clip(near, clip, lobe), tolerance, budget);
     }
     return integrate_emission(emitter, images, lobe, near.map, clip, tolerance, budget);
 }

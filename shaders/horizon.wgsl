@@ -78,8 +78,21 @@ fn horizon_plane(map: CosineMap, axis: vec3f, height: Height) -> Horizon {
     let across = n - axis * dot(n, axis);
     let length = length(across);
     plane.distance = select(0.0, abs(map.depth) / length, length > 0.0);
-    plane.slope = normalize_or_zero(cross(plane.along, across * -sign(map.depth))).z;
+    // `along` x `across` is `axis`.
+    plane.slope = -sign(map.depth) * axis.z;
     return plane;
+}
+
+// Gives both planes of a clip the corner in which their lines meet. It lies on the line common to both planes, through the origin:
+// one point for both, so that what one line loses there the other gains, however nearly the planes coincide.
+fn join(clip: ptr<function, Clip>, map: CosineMap, axis: vec3f) {
+    let ridge = vec3f(-axis.y, axis.x, 0.0);
+    // Where the lines are parallel the corner is at infinity, on whichever side leaves the right part of each.
+    let rate_any = dot(map.normal, ridge);
+    let rate = select(rate_any, select(1e-30, -1e-30, rate_any < 0.0), abs(rate_any) <= 1e-30);
+    let corner = ridge * clamp(-map.depth / rate, -1e30, 1e30);
+    (*clip).first.corner = plane_crossing((*clip).first, corner);
+    (*clip).second.corner = plane_crossing((*clip).second, corner);
 }
 
 // What clips a light whose box has that centre relative to the foot and those half-extents. `axis` is the normal of the
@@ -110,16 +123,8 @@ fn clip_light(map: CosineMap, axis_any: vec3f, center: vec2f, half: vec2f) -> Cl
         if clip.planes == 0u {
             clip.first = plane;
         } else {
-            // The corner lies on the line common to both planes, through the origin: one point for both, so that
-            // what one line loses there the other gains, however nearly the planes coincide.
-            let ridge = vec3f(-axis.y, axis.x, 0.0);
-            // Where the lines are parallel the corner is at infinity, on whichever side leaves the right part of each.
-            let rate_any = dot(map.normal, ridge);
-            let rate = select(rate_any, select(1e-30, -1e-30, rate_any < 0.0), abs(rate_any) <= 1e-30);
-            let corner = ridge * clamp(-map.depth / rate, -1e30, 1e30);
             clip.second = plane;
-            clip.first.corner = plane_crossing(clip.first, corner);
-            clip.second.corner = plane_crossing(plane, corner);
+            join(&clip, map, axis);
         }
         clip.planes += 1u;
     }

@@ -7,10 +7,19 @@ const CLOSE: f32 = 0.00390625;
 
 // Whether the light comes so near the origin, or the lobe's footprint on it is so small, that the rounding of the light's
 // coordinates to f32 would show. Of a needle it is the distance of the whole plane that counts, for in a space so stretched
-// the foot, once it is kept near the light, may be far.
+// the foot, once it is kept near the light, may be far. It counts as well where a horizon may cut the light: it does so at nearly the
+// same line as the other, or its line hangs by the last digits of heights that are nearly 0 all over the light.
 fn is_close(map: CosineMap, lobe: Lobe) -> bool {
     let reach = max(map.gram.x, map.gram.z) * (CLOSE * CLOSE);
-    return select(reach > dot(map.c2, map.c2), reach * dot(map.normal, map.normal) > map.depth * map.depth, is_narrow(lobe));
+    let plane_is = reach * dot(map.normal, map.normal) > map.depth * map.depth;
+    let lobe_form = vec3f(map.c0.z, map.c1.z, map.c2.z);
+    let by_plane = is_narrow(lobe) || may_cut(map, lobe_form) || may_cut(map, map.surface);
+    return (plane_is && by_plane) || (reach > dot(map.c2, map.c2) && !is_narrow(lobe));
+}
+
+// Whether a plane over which heights have this form may cut the light's square.
+fn may_cut(map: CosineMap, form: vec3f) -> bool {
+    return dot(abs(form.xy), 1.0 + abs(map.foot)) >= abs(form.z);
 }
 
 // Whether a lobe's axis needs more digits than the f32 frame has.
@@ -43,11 +52,13 @@ struct NearMap {
 fn near_map(emitter: Emitter, images: Images, lobe: Lobe) -> NearMap {
     let z = wide_normalize(widened3(images.seen.normal));
     let view = wide_normalize(widened3(images.seen.view));
-    let cosine = wide_dot(z, view);
-    var tangent = wide_add3(view, wide_negate3(wide_scale3(z, cosine)));
-    if !(dot(tangent.hi, tangent.hi) > 1e-14) {
-        let any = widened3(any_orthonormal_vector(images.seen.normal));
-        tangent = wide_add3(any, wide_negate3(wide_scale3(z, wide_dot(z, any))));
+    // Across the normal more than once: what rounding leaves along it is large against a short tangent.
+    var tangent = view;
+    for (var k = frame.zero; k < 3u; k++) {
+        if k == 1u && !(dot(tangent.hi, tangent.hi) > 1e-14) {
+            tangent = widened3(any_orthonormal_vector(images.seen.normal));
+        }
+        tangent = wide_add3(tangent, wide_negate3(wide_scale3(z, wide_dot(z, tangent))));
     }
     let x = wide_normalize(tangent);
     let y = wide_cross(z, x);
@@ -141,10 +152,37 @@ struct NearHeight {
     form: Wide3,
 }
 
+// Whether a height is that over z = 0.
+fn is_over_zero(near: NearMap, height: Height) -> bool {
+    return all(height.form == vec3f(near.c0.hi.z, near.c1.hi.z, near.c2.hi.z));
+}
+
 fn near_form(near: NearMap, height: Height) -> NearHeight {
-    let lobe = vec3f(near.c0.hi.z, near.c1.hi.z, near.c2.hi.z);
     let low = vec3f(near.c0.lo.z, near.c1.lo.z, near.c2.lo.z);
-    return NearHeight(Wide3(height.form, select(near.surface_low, low, all(height.form == lobe))));
+    return NearHeight(Wide3(height.form, select(near.surface_low, low, is_over_zero(near, height))));
+}
+
+// A clip with the lines of its planes formed anew: where the light is nearly parallel to a plane, f32 has few digits of the line in
+// which they meet.
+fn near_clip(near: NearMap, coarse: Clip, lobe: Lobe) -> Clip {
+    var planes = array(coarse.first, coarse.second);
+    for (var k = frame.zero; k < coarse.planes; k++) {
+        // normal x axis: along it the height stays the same. That over the surface is in the shading frame, a factor apart.
+        let form = near_form(near, planes[k].height).form;
+        let x = wide_scale3(near.c1, Wide(form.hi.x, form.lo.x));
+        let line = wide_add3(x, wide_negate3(wide_scale3(near.c0, Wide(form.hi.y, form.lo.y)))).hi;
+        let factor = select(lobe_determinant(lobe) / (lobe.yy * length(lobe.row_z)), 1.0, is_over_zero(near, planes[k].height));
+        let length = length(line);
+        planes[k].along = select(vec3f(), line / length, length > 0.0);
+        planes[k].distance = select(0.0, abs(near.map.depth) / (length * factor), length > 0.0);
+    }
+    var clip = coarse;
+    clip.first = planes[0];
+    clip.second = planes[1];
+    if clip.planes == 2u {
+        join(&clip, near.map, normalize(lobe.row_z));
+    }
+    return clip;
 }
 
 fn near_height(height: NearHeight, q: Wide2) -> Wide {
@@ -166,7 +204,8 @@ fn near_edge_integral(near: NearMap, a: Wide2, b: Wide2) -> f32 {
     let u = wide_add2(b, wide_negate2(a));
     let sides = wide_add3(wide_scale3(near.w0, Wide(u.hi.x, u.lo.x)), wide_scale3(near.w1, Wide(u.hi.y, u.lo.y)));
     let normal = wide_add3(wide_scale3(near.normal, wide_perp_dot(u, a)), sides).hi;
-    return edge_angle(normal, dot(pa, pb) * inv, inv);
+    // Of unit vectors: the square of the normal itself may underflow.
+    return edge_angle(normal * inv, dot(pa, pb) * inv, 1.0);
 }
 
 // The point at t of the edge from a to b.
@@ -239,11 +278,12 @@ fn near_edge_above(near: NearMap, clip: Clip, place: u32, a: Wide2, b: Wide2) ->
                 inside = is_above(meetings[0].coarse, first_is_after);
             }
             sum += near_closing(near, plane, meeting, inside, a, b);
-            let of_plane = part_above(meeting.coarse);
-            if of_plane.x > 0.0 && is_after(meeting.at, start) {
+            // Where it ends above it may begin after the start, where it begins above it may end before the end: both ask of the pair,
+            // for of a place next to the end f32 says 1.
+            if !meeting.coarse.start && is_after(meeting.at, start) {
                 start = meeting.at;
             }
-            if of_plane.y < 1.0 {
+            if !meeting.coarse.end {
                 let stop = select(0.0, 1.0, meeting.coarse.start);
                 let until = Wide(meeting.at.hi * stop, meeting.at.lo * stop);
                 if is_after(end, until) {
@@ -260,7 +300,7 @@ fn near_edge_above(near: NearMap, clip: Clip, place: u32, a: Wide2, b: Wide2) ->
     if start.hi > 0.0 {
         from_start = near_along(a, b, start);
     }
-    if end.hi < 1.0 {
+    if is_after(Wide(1.0, 0.0), end) {
         to_end = near_along(a, b, end);
     }
     return sum + near_edge_integral(near, from_start, to_end);
@@ -268,6 +308,20 @@ fn near_edge_above(near: NearMap, clip: Clip, place: u32, a: Wide2, b: Wide2) ->
 
 fn near_far_sign(height: NearHeight, a: Wide2, b: Wide2) -> f32 {
     return f32(near_height(height, b).hi > 0.0) - f32(near_height(height, a).hi > 0.0);
+}
+
+// box_place of a box relative to the foot, where nothing has been rounded that is large against its place: with the margin of heights
+// anywhere on the light, contours that are small against it would lose their slivers.
+fn near_box_place(clip: Clip, center: vec2f, half: vec2f) -> u32 {
+    var at = clip;
+    at.first.height.margin = near_margin(clip.first.height, center);
+    at.second.height.margin = near_margin(clip.second.height, center);
+    return box_place(at, center, half);
+}
+
+// Rounding bound of the height of a point relative to the foot.
+fn near_margin(height: Height, q: vec2f) -> f32 {
+    return MARGIN * (dot(abs(height.form.xy), abs(q)) + abs(height.form.z));
 }
 
 // A cubic by its differences, to twice the digits.
@@ -369,7 +423,7 @@ fn near_tree_integral(
             area_4 = node_area_4(nodes[i].areas);
         }
         let kind = link & ~LINK_MASK;
-        let place = box_place(clip, center, half);
+        let place = near_box_place(clip, center, half);
         let e = expansion_about(map, center, half);
         var accept = false;
         if kind != SEGMENT && place < PLACE_BELOW {

@@ -195,8 +195,8 @@ impl<L: Lanes> Horizon<L> {
         let length = across.length_squared().sqrt();
         let none = Self::nowhere(map.depth);
         let distance = L::select(length.is_positive(), map.depth.abs() / length, length.splat(0.0));
-        let back = across * map.depth.splat(-1.0).copysign(-map.depth);
-        let slope = along.cross(back).unit_or_zero().z();
+        // `along` × `across` is `axis`.
+        let slope = axis.z() * map.depth.splat(1.0).copysign(-map.depth);
         let choose = |yes: L, no: L| L::select(cuts, yes, no);
         let form = |of: fn(L::Vec3) -> L| choose(of(height.form), of(none.height.form));
         Self {

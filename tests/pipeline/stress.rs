@@ -95,34 +95,55 @@ fn the_tree_stands() {
     assert!(broken.faults() * 1000 > 10 * broken.cases, "{broken:?}");
 }
 
+/// The cases that were once beyond the tolerance on the CPU or on the GPU.
+fn once_wrong() -> Vec<Case> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/stress.jsonl");
+    let lines = std::fs::read_to_string(path).unwrap();
+    lines.lines().map(|line| Case::of_line(&serde_json::from_str(line).unwrap(), 1e-3).unwrap()).collect()
+}
+
+/// Asserts that they hold, and that the judge would see some of them wrong by 0.01.
+fn stays_fixed(meter: &dyn Meter) {
+    let cases = once_wrong();
+    let values = meter.read(&[cases.clone()]).unwrap().remove(0);
+    let mut moved_faults = 0;
+    for (case, value) in cases.iter().zip(values) {
+        let judged = judge(meter, case, value);
+        assert_eq!(judged.fault, None, "{judged:?} {}", serde_json::to_string(&case.line("".into())).unwrap());
+        moved_faults += usize::from(judge(meter, case, value + 0.01).fault.is_some());
+    }
+    assert!(cases.len() >= 18 && moved_faults * 2 > cases.len(), "{moved_faults} of {}", cases.len());
+}
+
 /// Contours of 1e-8 of their light, horizons 1e-5 apart along an edge, an edge through a footprint of 1e-13, a light's plane
 /// through the point to the last digit.
 #[test]
 fn what_was_found_stays_fixed() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/stress.jsonl");
-    let lines = std::fs::read_to_string(path).unwrap();
-    let (mut cases, mut moved_faults) = (0, 0);
-    for line in lines.lines() {
-        let line: Line = serde_json::from_str(line).unwrap();
-        let case = Case::of_line(&line, 1e-3).unwrap();
-        let value = TREE.read(&[vec![case.clone()]]).unwrap()[0][0];
-        let judged = judge(&TREE, &case, value);
-        assert_eq!(judged.fault, None, "{:?}: {judged:?}", line.id);
-        cases += 1;
-        moved_faults += u32::from(judge(&TREE, &case, value + 0.01).fault.is_some());
-    }
-    assert!(cases >= 10 && moved_faults * 2 > cases, "{moved_faults} of {cases}");
+    stays_fixed(&TREE);
 }
 
-/// With twice the digits near a light and in needles: beyond the tolerance is one in ten thousand of the cases drawn.
+/// The same, and edges cut a hair before their end, vectors whose squares underflow, horizons nearly parallel to the light's plane
+/// or cutting it along one line, a view along the normal.
+#[cfg(feature = "gpu")]
+#[test]
+fn what_was_found_stays_fixed_in_the_shaders() {
+    let Some(backend) = crate::backends::gpu() else { return };
+    stays_fixed(&shaders(backend));
+}
+
+#[cfg(feature = "gpu")]
+fn shaders(backend: &glyphlight::backend::gpu::GpuBackend) -> glyphlight::stress::meter::Gpu<'_> {
+    glyphlight::stress::meter::Gpu { backend, technique: Technique::Tree, horizons: Horizons::Both }
+}
+
+/// With twice the digits near a light and in needles.
 #[cfg(feature = "gpu")]
 #[test]
 fn the_shaders_stand() {
     let Some(backend) = crate::backends::gpu() else { return };
-    let meter = glyphlight::stress::meter::Gpu { backend, technique: Technique::Tree, horizons: Horizons::Both };
-    let Findings { all, fails, .. } = found(&meter, 1, 10_000);
+    let Findings { all, fails, .. } = found(&shaders(backend), 1, 50_000);
     let shown: Vec<_> = fails.iter().take(3).map(|fail| (fail.index, fail.kinds, fail.judged)).collect();
     println!("{all:?} {shown:?}");
-    assert_eq!((all.not_finite, all.negative), (0, 0), "{shown:?}");
-    assert!(all.faults() * 2500 < all.cases, "{all:?} {shown:?}");
+    assert_eq!((all.not_finite, all.negative, all.above_one, all.beyond), (0, 0, 0, 0), "{shown:?}");
+    assert!(all.undecided * 10 < all.cases, "{all:?}");
 }
