@@ -395,7 +395,7 @@ fn coefficients_over_their_bounds(across: f64, level: f64) -> [f64; 2] {
             // Directions at that angle from the line of sight, the highest and the lowest of them.
             let spread = (1.0 - c * c).sqrt() * rest;
             for (c, rise) in [(*c, c * z + spread), (*c, c * z - spread), (-c, spread - c * z)] {
-                let sign = |n: usize| if c < 0.0 || n % 2 == 0 { 1.0 } else { -1.0 };
+                let sign = |n: usize| if c < 0.0 || n.is_multiple_of(2) { 1.0 } else { -1.0 };
                 for n in 2..=4 {
                     let most = ((n + 1) * (n + 2)) as f64 / 2.0;
                     let term = z * sign(n) * of[n] + rise * sign(n - 1) * of[n - 1];
