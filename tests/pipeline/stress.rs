@@ -112,7 +112,7 @@ fn stays_fixed(meter: &dyn Meter) {
         assert_eq!(judged.fault, None, "{judged:?} {}", serde_json::to_string(&case.line("".into())).unwrap());
         moved_faults += usize::from(judge(meter, case, value + 0.01).fault.is_some());
     }
-    assert!(cases.len() >= 18 && moved_faults * 2 > cases.len(), "{moved_faults} of {}", cases.len());
+    assert!(cases.len() >= 19 && moved_faults * 2 > cases.len(), "{moved_faults} of {}", cases.len());
 }
 
 /// Contours of 1e-8 of their light, horizons 1e-5 apart along an edge, an edge through a footprint of 1e-13, a light's plane
