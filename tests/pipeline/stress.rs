@@ -105,7 +105,7 @@ fn once_wrong() -> Vec<Case> {
 /// Asserts that they hold, and that the judge would see some of them wrong by 0.01.
 fn stays_fixed(meter: &dyn Meter) {
     let cases = once_wrong();
-    let values = meter.read(&[cases.clone()]).unwrap().remove(0);
+    let values = meter.read(std::slice::from_ref(&cases)).unwrap().remove(0);
     let mut moved_faults = 0;
     for (case, value) in cases.iter().zip(values) {
         let judged = judge(meter, case, value);
