@@ -66,7 +66,7 @@ fn light_images(shading: ShadingFrame, emitter: Emitter, position: vec3f) -> Ima
     images.front = -dot(emitter.normal * unit * unit, center * unit);
     images.sign = 1.0;
     images.seen = Seen(position, shading.z, shading.view, unit);
-    if NEAR && abs(images.front) < 1e-4 * dot(abs(images.normal), abs(images.center)) {
+    if NEAR && abs(images.front) < 1e-4 * length(images.normal) * length(images.center) {
         images.front = wide_front(emitter, images.seen).hi;
     }
     return images;

@@ -56,6 +56,9 @@ pub trait Meter: Sync {
 
 /// The roundings of some fifty operations of the set-up.
 const F64_HAIR: f64 = 1e-14;
+/// The same of pairs of f32 (2⁻⁴⁶ each), in which the shaders set up what is near.
+#[cfg(feature = "gpu")]
+const PAIR_HAIR: f64 = 1e-12;
 
 /// Where lobes are clipped, by what a technique can.
 pub const fn horizons(technique: &Technique) -> Horizons {
@@ -185,7 +188,7 @@ impl Meter for Gpu<'_> {
     }
 
     fn hair(&self) -> f64 {
-        f64::from(f32::EPSILON)
+        PAIR_HAIR
     }
 
     fn batch(&self) -> usize {
