@@ -176,6 +176,12 @@ fn part_above(meeting: Meeting) -> vec2f {
     return select(vec2f(), vec2f(meeting.at, 1.0), meeting.end);
 }
 
+// The point at t of the edge from a to b: b itself where that is the end, which a crossing a hair before it rounds to. What closes
+// the edge must begin where the edge's own part ends.
+fn along(a: vec2f, b: vec2f, t: f32) -> vec2f {
+    return select(b, a + (b - a) * t, t < 1.0);
+}
+
 // What an edge's crossing of a horizon adds; `inside` says whether it is above the other horizon. That is asked of the edge, not of
 // the place on the line: where the planes nearly coincide the two would differ by rounding, and the edge's own part must agree.
 fn closing(map: CosineMap, plane: Horizon, meeting: Meeting, inside: bool, a: vec2f, b: vec2f) -> f32 {
@@ -184,7 +190,7 @@ fn closing(map: CosineMap, plane: Horizon, meeting: Meeting, inside: bool, a: ve
     }
     var up = plane.corner;
     if inside {
-        up = plane_crossing(plane, map_point(map, a + (b - a) * meeting.at));
+        up = plane_crossing(plane, map_point(map, along(a, b, meeting.at)));
     }
     return select(-up, up, meeting.end);
 }
@@ -209,7 +215,7 @@ fn cut_edge(map: CosineMap, clip: Clip, may_cross: bool, a: vec2f, b: vec2f) -> 
     let start = max(of_first.x, of_second.x);
     let end = min(of_first.y, of_second.y);
     if start < end {
-        sum += edge_integral(map, a + (b - a) * start, select(a + (b - a) * end, b, end >= 1.0));
+        sum += edge_integral(map, along(a, b, start), along(a, b, end));
     }
     return sum;
 }

@@ -208,8 +208,11 @@ fn near_edge_integral(near: NearMap, a: Wide2, b: Wide2) -> f32 {
     return edge_angle(normal * inv, dot(pa, pb) * inv, 1.0);
 }
 
-// The point at t of the edge from a to b.
+// Twin of along.
 fn near_along(a: Wide2, b: Wide2, t: Wide) -> Wide2 {
+    if !is_after(Wide(1.0, 0.0), t) {
+        return b;
+    }
     return wide_add2(a, wide_scale2(wide_add2(b, wide_negate2(a)), t));
 }
 
@@ -295,15 +298,7 @@ fn near_edge_above(near: NearMap, clip: Clip, place: u32, a: Wide2, b: Wide2) ->
             return sum;
         }
     }
-    var from_start = a;
-    var to_end = b;
-    if start.hi > 0.0 {
-        from_start = near_along(a, b, start);
-    }
-    if is_after(Wide(1.0, 0.0), end) {
-        to_end = near_along(a, b, end);
-    }
-    return sum + near_edge_integral(near, from_start, to_end);
+    return sum + near_edge_integral(near, near_along(a, b, start), near_along(a, b, end));
 }
 
 fn near_far_sign(height: NearHeight, a: Wide2, b: Wide2) -> f32 {

@@ -295,6 +295,13 @@ impl<P: PlanePoint> Meeting<P> {
     }
 }
 
+/// The point at `t` of the edge from `a` to `b`: `b` itself where that is the end, which a crossing a hair before it rounds to. What
+/// closes the edge must begin where the edge's own part ends.
+#[inline(always)]
+fn along<P: PlanePoint>(a: P, b: P, t: P::Scalar) -> P {
+    P::select(t.splat(1.0).above(t), a + (b - a) * t, b)
+}
+
 /// What an edge's crossing of a horizon adds; `inside` says whether it is above the other horizon. That is asked of the edge, not
 /// of the place on the line: where the planes nearly coincide the two would differ by rounding, and the edge's own part must agree.
 #[inline(always)]
@@ -310,7 +317,7 @@ fn closing<P: PlanePoint>(
     if !crosses.any() {
         return nothing;
     }
-    let up = horizon.crossing(map.point((a + (b - a) * meeting.at).round()));
+    let up = horizon.crossing(map.point(along(a, b, meeting.at).round()));
     let up = P::Lanes::select(inside, up, horizon.corner);
     P::Lanes::select(crosses, P::Lanes::select(meeting.end, up, -up), nothing)
 }
@@ -338,9 +345,8 @@ pub fn cut_edge<P: PlanePoint>(map: &CosineMap<P::Lanes>, horizons: &[Horizon<P:
     let (from, to) = (from.max(second_from), to.min(second_to));
     let part = to.above(from);
     if part.any() {
-        let whole = !to.splat(1.0).above(to);
-        let end = P::select(whole, b, a + (b - a) * to);
-        sum = sum + P::Lanes::select(part, edge_integral(map, a + (b - a) * from, end), map.depth.splat(0.0));
+        let integral = edge_integral(map, along(a, b, from), along(a, b, to));
+        sum = sum + P::Lanes::select(part, integral, map.depth.splat(0.0));
     }
     sum
 }
