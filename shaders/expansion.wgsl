@@ -97,12 +97,13 @@ struct Derivatives {
     third: vec4f,
 }
 
-// The kernel and its derivatives at the centre, times the factors of Taylor's series.
-fn expansion_derivatives(map: CosineMap, e: Expansion) -> Derivatives {
+// The kernel and its derivatives at the centre, times the factors of Taylor's series, by steps of `unit` along the axes.
+fn expansion_derivatives(map: CosineMap, e: Expansion, unit: f32) -> Derivatives {
     let z = e.dir.z;
-    let rise = e.rise;
-    let along = e.along;
-    let gram = map.gram * (e.inv * e.inv);
+    let rise = e.rise * unit;
+    let along = e.along * unit;
+    let step = e.inv * unit;
+    let gram = map.gram * step * step;
     let square = vec3f(along.x * along.x, along.x * along.y, along.y * along.y);
     // 12 B^2 - 2 G and 12 G - 32 B^2, by xx, xy and yy.
     let second = (square * 12.0 - gram * 2.0) * vec3f(1.0, 2.0, 1.0);

@@ -30,7 +30,7 @@ struct ColorIntegral {
 
 // What a colour's difference to its mean adds: the terms of first and second order.
 fn difference_integral(map: CosineMap, e: Expansion, i: u32) -> vec3f {
-    let d = expansion_derivatives(map, e);
+    let d = expansion_derivatives(map, e, 1.0);
     loaded += 60u;
     return tiles[i].m1_x * d.gradient.x + tiles[i].m1_y * d.gradient.y
         + tiles[i].m2_xx * d.curvature.x + tiles[i].m2_xy * d.curvature.y + tiles[i].m2_yy * d.curvature.z;

@@ -454,7 +454,7 @@ fn near_tree_integral(
                 let inv2 = 1.0 / dot(p, p);
                 region += map.depth / PI * p.z * inv2 * inv2 * area;
             } else {
-                region += region_integral(map, e, i);
+                region += region_integral(map, e, half, i);
             }
         }
         if kind != CLUSTER {

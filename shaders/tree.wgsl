@@ -20,9 +20,9 @@ struct Integral {
     visited: u32,
 }
 
-// The expansion's integral over a node.
-fn region_integral(map: CosineMap, e: Expansion, i: u32) -> f32 {
-    let d = expansion_derivatives(map, e);
+// The expansion's integral over a node with those half-extents.
+fn region_integral(map: CosineMap, e: Expansion, half: vec2f, i: u32) -> f32 {
+    let d = expansion_derivatives(map, e, max(half.x, half.y));
     loaded += 40u;
     let first = d.gradient.x * nodes[i].m1[0] + d.gradient.y * nodes[i].m1[1];
     let second = d.curvature.x * nodes[i].m2[0] + d.curvature.y * nodes[i].m2[1] + d.curvature.z * nodes[i].m2[2];
@@ -187,7 +187,7 @@ fn tree_integral(
                 let inv2 = 1.0 / dot(p, p);
                 region += map.depth / PI * p.z * inv2 * inv2 * area;
             } else {
-                region += region_integral(map, e, i);
+                region += region_integral(map, e, half, i);
             }
         }
         if kind != CLUSTER {

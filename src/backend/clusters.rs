@@ -77,7 +77,8 @@ fn sides(index: usize, emitter: &Emitter) -> Vec<Member> {
     let node = root.node;
     let in_light = |p: Vec2| emitter.square.center + p.as_dvec2() * half;
     let radiance = emitter.radiance.as_dvec3();
-    let [m1_x, m1_y] = node.m1.map(f64::from);
+    let unit = f64::from(node.unit());
+    let [m1_x, m1_y] = node.m1.map(|m| f64::from(m) * unit);
     let first = |c: usize| {
         let m =
             DVec2::new(m1_x, m1_y) * root.mean[c] + DVec2::new(f64::from(root.off[0][c]), f64::from(root.off[1][c]));
@@ -105,7 +106,7 @@ fn spread(root: &Root<'_>, x: DVec3, y: DVec3) -> DMat3 {
     // Of a sound region the two areas are the same but for their rounding.
     let sound = node.area() <= node.m0 * 1.02 && root.off == [Vec3::ZERO; 2];
     if sound {
-        let [xx, xy, yy] = node.m2.map(|m| f64::from(m) / f64::from(node.m0));
+        let [xx, xy, yy] = node.m2.map(|m| f64::from(m) * f64::from(node.unit()).powi(2) / f64::from(node.m0));
         outer(x, x) * xx + (outer(x, y) + outer(y, x)) * xy + outer(y, y) * yy
     } else {
         let half = node.half.as_dvec2();

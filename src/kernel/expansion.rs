@@ -138,7 +138,7 @@ impl<L: Lanes> Expansion<L> {
     /// The expansion's integral over a node.
     #[inline(always)]
     pub(super) fn region(&self, map: &CosineMap<L>, node: &Node) -> L {
-        let Derivatives { value, gradient, curvature, third } = self.derivatives(map);
+        let Derivatives { value, gradient, curvature, third } = self.derivatives(map, node.unit());
         let mut sum = value * node.m0 + gradient[0] * node.m1[0] + gradient[1] * node.m1[1];
         for (derivative, moment) in curvature.into_iter().zip(node.m2) {
             sum = sum + derivative * moment;
@@ -149,13 +149,13 @@ impl<L: Lanes> Expansion<L> {
         sum
     }
 
-    /// The kernel and its derivatives at the centre, times the factors of Taylor's series.
+    /// The kernel and its derivatives at the centre, times the factors of Taylor's series, by steps of `unit` along the axes.
     #[inline(always)]
-    pub(super) fn derivatives(&self, map: &CosineMap<L>) -> Derivatives<L> {
+    pub(super) fn derivatives(&self, map: &CosineMap<L>, unit: f32) -> Derivatives<L> {
         let z = self.dir.z();
-        let ([z0, z1], [b0, b1]) = (self.rise, self.along);
-        let inv2 = self.inv * self.inv;
-        let [g00, g01, g11] = map.gram.map(|g| g * inv2);
+        let ([z0, z1], [b0, b1]) = (self.rise.map(|v| v * unit), self.along.map(|v| v * unit));
+        let step = self.inv * unit;
+        let [g00, g01, g11] = map.gram.map(|g| g * step * step);
         let (b00, b01, b11) = (b0 * b0, b0 * b1, b1 * b1);
         // 12B² − 2G and 12G − 32B², by xx, xy and yy.
         let second = [b00 * 12.0 - g00 * 2.0, b01 * 24.0 - g01 * 4.0, b11 * 12.0 - g11 * 2.0];

@@ -108,7 +108,7 @@ pub fn mosaic_integral<L: Lanes<Mask = bool, Index = u32>>(
                 continue;
             }
             if place.above {
-                let d = expansion.derivatives(map);
+                let d = expansion.derivatives(map, 1.0);
                 add(d.gradient[0], tile.m1_x);
                 add(d.gradient[1], tile.m1_y);
                 add(d.curvature[0], tile.m2_xx);

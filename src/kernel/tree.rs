@@ -43,7 +43,7 @@ pub struct Node {
     pub b: Vec2,
     /// ∫dA over the region, signed.
     pub m0: f32,
-    /// ∫x dA, ∫y dA.
+    /// ∫x dA, ∫y dA; these and the next with x and y over [`Node::unit`], so that the moments of small contours are numbers.
     pub m1: [f32; 2],
     /// ∫x² dA, ∫xy dA, ∫y² dA.
     pub m2: [f32; 3],
@@ -62,6 +62,12 @@ pub fn areas(area: f32, area_4: f32) -> u32 {
 }
 
 impl Node {
+    /// The length that x and y are measured in, in the moments: the box's larger half-extent.
+    #[inline(always)]
+    pub fn unit(&self) -> f32 {
+        self.half.x.max(self.half.y)
+    }
+
     /// ∫|dA|.
     #[inline(always)]
     pub fn area(&self) -> f32 {

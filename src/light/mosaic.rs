@@ -262,8 +262,8 @@ impl Colored {
         Self {
             about: root.center.as_dvec2(),
             area: f64::from(root.m0),
-            first: Vec2::from_array(root.m1).as_dvec2(),
-            second: root.m2.map(f64::from),
+            first: Vec2::from_array(root.m1).as_dvec2() * f64::from(root.unit()),
+            second: root.m2.map(|m| f64::from(m) * f64::from(root.unit()).powi(2)),
             mean,
             m1: [DVec3::ZERO; 2],
             m2: [DVec3::ZERO; 3],

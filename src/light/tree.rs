@@ -485,15 +485,16 @@ fn node(part: &Part, ends: [DVec2; 2], link: u32) -> Node {
     let reach = (bounds.max - center.as_dvec2()).max(center.as_dvec2() - bounds.min);
     let half = (reach.as_vec2() * (1.0 + 2.0 * f32::EPSILON)).max(Vec2::splat(f32::MIN_POSITIVE));
     let r = region.about(center.as_dvec2());
+    let unit = f64::from(half.max_element());
     Node {
         center,
         half,
         a: ends[0].as_vec2(),
         b: ends[1].as_vec2(),
         m0: r.m0 as f32,
-        m1: [r.m1.x as f32, r.m1.y as f32],
-        m2: r.m2.map(|m| m as f32),
-        m3: r.m3.map(|m| m as f32),
+        m1: [r.m1.x, r.m1.y].map(|m| (m / unit) as f32),
+        m2: r.m2.map(|m| (m / unit.powi(2)) as f32),
+        m3: r.m3.map(|m| (m / unit.powi(3)) as f32),
         areas: areas(r.area as f32, part.area_4(center.as_dvec2(), half.as_dvec2()) as f32),
         link,
     }
