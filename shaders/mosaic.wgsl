@@ -63,10 +63,7 @@ fn mosaic_integral(
         }
         if tiles[i].deviation > 0.0 {
             let e = expansion_about(map, center, half);
-            var bound = magnitude(e, tiles[i].deviation);
-            if place == PLACE_ABOVE {
-                bound = remainder(e, tiles[i].deviation_3, 3u);
-            }
+            let bound = region_bound(e, place, tiles[i].deviation, tiles[i].deviation_3, 3u);
             if !budget_accept(budget, bound.numerator, bound.denominator, tolerance) {
                 i += 1u;
                 continue;

@@ -422,11 +422,8 @@ fn near_tree_integral(
         let e = expansion_about(map, center, half);
         var accept = false;
         if kind != SEGMENT && place < PLACE_BELOW {
-            var bound = magnitude(e, abs(area));
-            if place == PLACE_ABOVE {
-                // The zeroth order about the centroid of a sliver, whose integral of rho^2 |dA| is no more than half its area.
-                bound = remainder(e, select(area_4, 0.5 * abs(area), piece), select(4u, 2u, piece));
-            }
+            // Of pieces the zeroth order about the centroid of a sliver, whose integral of rho^2 |dA| is no more than half its area.
+            let bound = region_bound(e, place, abs(area), select(area_4, 0.5 * abs(area), piece), select(4u, 2u, piece));
             accept = budget_accept(budget, bound.numerator, bound.denominator, tolerance);
         }
         if !accept && kind != SEGMENT && place < PLACE_BELOW && level < DEEPEST {

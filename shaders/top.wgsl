@@ -93,10 +93,7 @@ fn find_top(emitter: Emitter, slot: u32, tolerance: f32) -> u32 {
         let place = box_place(clip, center, half);
         let area = nodes[i].areas;
         let e = expansion_about(map, center, half);
-        var bound = magnitude(e, node_area(area));
-        if place == PLACE_ABOVE {
-            bound = remainder(e, node_area_4(area), 4u);
-        }
+        let bound = region_bound(e, place, node_area(area), node_area_4(area), 4u);
         if place < PLACE_BELOW && bound.numerator > most * bound.denominator {
             tops[slot * TOP_NODES + count] = i;
             count += 1u;

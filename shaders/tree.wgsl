@@ -46,6 +46,15 @@ fn box_place(clip: Clip, center: vec2f, half: vec2f) -> u32 {
     return select(max(first, second), PLACE_BELOW + 1u, second == SIDE_BELOW);
 }
 
+// Bound of what an expansion leaves out of a region above the horizons, from the integral of rho^first |dA|; of the whole of one that
+// they may cut, from its area.
+fn region_bound(e: Expansion, place: u32, area: f32, area_first: f32, first: u32) -> Bound {
+    if place == PLACE_ABOVE {
+        return remainder(e, area_first, first);
+    }
+    return magnitude(e, area);
+}
+
 // A curve below one horizon still crosses the other: beyond the corner of the two lines, where each crossing
 // adds the same, so that only the end points count.
 fn far_crossing(clip: Clip, place: u32, a: vec2f, b: vec2f) -> f32 {
@@ -156,11 +165,8 @@ fn tree_integral(
         let e = expansion_about(map, center, half);
         var accept = false;
         if kind != SEGMENT && place < PLACE_BELOW {
-            var bound = magnitude(e, abs(area));
-            if place == PLACE_ABOVE {
-                // The zeroth order about the centroid of a sliver, whose integral of rho^2 |dA| is no more than half its area.
-                bound = remainder(e, select(area_4, 0.5 * abs(area), piece), select(4u, 2u, piece));
-            }
+            // Of pieces the zeroth order about the centroid of a sliver, whose integral of rho^2 |dA| is no more than half its area.
+            let bound = region_bound(e, place, abs(area), select(area_4, 0.5 * abs(area), piece), select(4u, 2u, piece));
             accept = budget_accept(budget, bound.numerator, bound.denominator, tolerance);
         }
         if !accept && kind != SEGMENT && place < PLACE_BELOW && level < DEEPEST {

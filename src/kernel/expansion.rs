@@ -15,7 +15,7 @@
 //!   rⁿ·|Cₙ| is at most sⁿ·(n+2)/2·w, w = 1 + 1.5x + 3.61x² ≥ (1 − x)^−1.5 with x = (t/s)², up to t = 0.65·s: regions
 //!   that lie across the line of sight, as those of most lights do, err far less than those along it.
 
-use super::lanes::{Lanes, Vector};
+use super::lanes::{Lanes, Mask, Vector};
 use super::map::{CosineMap, PlanePoint};
 use super::tree::Node;
 use core::f32::consts::FRAC_1_PI;
@@ -57,7 +57,7 @@ pub(super) struct Bound<L> {
 impl<L: Lanes> Bound<L> {
     /// `yes` where the mask holds, elsewhere `no`.
     #[inline(always)]
-    pub(super) fn select(mask: L::Mask, yes: Self, no: Self) -> Self {
+    fn select(mask: L::Mask, yes: Self, no: Self) -> Self {
         Self {
             numerator: L::select(mask, yes.numerator, no.numerator),
             denominator: L::select(mask, yes.denominator, no.denominator),
@@ -100,7 +100,7 @@ impl<L: Lanes> Expansion<L> {
     /// Bound of the terms from the order `FIRST` on, 2 to 4, for a region above the horizon: `area` is ∫ρⁿ|dA| with n = `FIRST`,
     /// ρ the larger of |x| and |y| in half-extents of the box.
     #[inline(always)]
-    pub(super) fn remainder<const FIRST: usize>(&self, area: L) -> Bound<L> {
+    fn remainder<const FIRST: usize>(&self, area: L) -> Bound<L> {
         let n = FIRST as f32;
         let z = self.dir.z();
         let leading = (z * ((n + 1.0) * (n + 2.0) / 2.0) + LEVEL[FIRST - 2]).min(z.splat((n + 1.0) * (n + 2.0) / 2.0));
@@ -131,8 +131,22 @@ impl<L: Lanes> Expansion<L> {
     /// Bound of the region's whole integral, wherever the horizon cuts it: k is at most (ẑ + s)/(1 − s)⁴, and 1/(1 − s)³, of its
     /// scale.
     #[inline(always)]
-    pub(super) fn magnitude(&self, area: L) -> Bound<L> {
+    fn magnitude(&self, area: L) -> Bound<L> {
         self.bound(area, |s, _| ((self.dir.z() + s) / (-s + 1.0)).between(0.0, 1.0), |_, gap_3| gap_3)
+    }
+
+    /// Bound of what is left out by the expansion up to the order before `FIRST`: in lanes where the region is above the horizons the
+    /// remainder, from `area_first` = ∫ρⁿ|dA|; where they may cut it, of those that ask, the whole, from its area.
+    #[inline(always)]
+    pub(super) fn region_bound<const FIRST: usize>(
+        &self,
+        above: L::Mask,
+        asking: L::Mask,
+        area: L,
+        area_first: L,
+    ) -> Bound<L> {
+        let remainder = self.remainder::<FIRST>(area_first);
+        if (asking & !above).any() { Bound::select(above, remainder, self.magnitude(area)) } else { remainder }
     }
 
     /// The expansion's integral over a node.

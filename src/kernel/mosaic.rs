@@ -98,11 +98,8 @@ pub fn mosaic_integral<L: Lanes<Mask = bool, Index = u32>>(
         }
         if tile.deviation > 0.0 {
             let expansion = Expansion::new(map, center, half);
-            let bound = if place.above {
-                expansion.remainder::<3>(tolerance.splat(tile.deviation_3))
-            } else {
-                expansion.magnitude(tolerance.splat(tile.deviation))
-            };
+            let [deviation, deviation_3] = [tile.deviation, tile.deviation_3].map(|v| tolerance.splat(v));
+            let bound = expansion.region_bound::<3>(place.above, true, deviation, deviation_3);
             if !budget.accept(bound, tolerance, true) {
                 i += 1;
                 continue;

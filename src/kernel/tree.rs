@@ -294,11 +294,8 @@ impl<'a, P: PlanePoint> Lobe<'a, P> {
             return false;
         }
         let expansion = Expansion::new(map, center, half);
-        let mut bound = expansion.remainder::<4>(map.depth.splat(node.area_4()));
-        if (lit & !place.above).any() {
-            let whole = expansion.magnitude(map.depth.splat(node.area()));
-            bound = Bound::select(place.above, bound, whole);
-        }
+        let [area, area_4] = [node.area(), node.area_4()].map(|area| map.depth.splat(area));
+        let bound = expansion.region_bound::<4>(place.above, lit, area, area_4);
         let accepted = budget.accept(bound, tolerance, lit);
         if accepted.any() {
             if (accepted & place.above).any() {
@@ -390,10 +387,7 @@ impl<'a, P: PlanePoint> Lobe<'a, P> {
             let lit = awake & !place.below();
             let expansion = Expansion::new(map, center, half);
             // The zeroth order about the centroid of a sliver, whose ∫ρ²|dA| is no more than half its area.
-            let mut bound = expansion.remainder::<2>(area.abs() * 0.5);
-            if (lit & !place.above).any() {
-                bound = Bound::select(place.above, bound, expansion.magnitude(area.abs()));
-            }
+            let bound = expansion.region_bound::<2>(place.above, lit, area.abs(), area.abs() * 0.5);
             let accepted = budget.accept(bound, tolerance, lit);
             let halved = lit & !accepted;
             let done = if level < DEEPEST { awake & !halved } else { awake };
