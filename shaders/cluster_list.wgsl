@@ -1,83 +1,136 @@
-// The clusters that the points of a tile gather from, listed by the workgroup that shades it. Twin of src/kernel/cluster_list.rs, and
-// of fill_clusters in src/backend/tile.rs.
+// The clusters that the points of a tile gather from, listed by the workgroup that shades it: each invocation decides about one of those
+// that wait. Twin of src/kernel/cluster_list.rs, which decides about one after the other, and of fill_clusters in src/backend/tile.rs.
 
 // Whether any lights are clustered.
 override CLUSTERS: bool = true;
 
-// A cluster's index, the lobes for which its expansion stands for it at all points, and those for which each point decides.
+// How far the workgroup is.
+struct Listing {
+    // Clusters that wait to be decided about.
+    waiting: u32,
+    // Those listed at the beginning of the list, whose expansions stand for them at all points; those at its end, single lights about
+    // which each point decides.
+    whole: u32,
+    open: u32,
+    visited: u32,
+    // Sum of the accepted bounds, in tolerances.
+    spent: f32,
+}
+
+// Clusters' indices and the lobes in question.
 var<workgroup> cluster_list: array<u32, MOST_LISTED>;
-var<workgroup> clusters_listed: u32;
-var<workgroup> clusters_visited: u32;
-var<workgroup> tile_budget: ClusterBudget;
+var<workgroup> clusters_waiting: array<u32, MOST_WAITING>;
+var<workgroup> listing: Listing;
+// The invocations whose cluster is whole, open, or in parts: a bit for each, of this step and of the next.
+var<workgroup> marks: array<atomic<u32>, 12>;
+// Sum of the accepted bounds, in TO_SPEND-th parts of the tolerance: a sum of whole numbers does not hang by their order.
+var<workgroup> tile_spent: atomic<u32>;
 
-const LIST_OPEN: u32 = 2u;
-const LIST_INDEX: u32 = 4u;
+const TO_SPEND: f32 = 65536.0;
+const LIST_INDEX: u32 = 2u;
+const LIST_LOBES: u32 = 3u;
 
-// Walks the clusters for the points of the tile; by one invocation.
-fn list_clusters(bounds: TileBounds, tolerance: f32) {
-    let tile = receiver_of_tile(bounds);
-    var budget = ClusterBudget(0.0);
-    var count = 0u;
-    var visited = 0u;
-    // Where each lobe goes on.
-    var next = select(vec2u(frame.clusters), vec2u(), tile.shines);
-    for (var i = min(next.x, next.y); i < frame.clusters; i = min(next.x, next.y)) {
-        visited += 1u;
-        let view = cluster_view(i, tile.position, true);
-        let facing = !cluster_is_away(i, view, true);
-        let awake = next <= vec2u(i);
-        next = select(next, vec2u(cluster_end(i)), awake);
-        var fates = vec2u();
-        if DIFFUSE && facing && awake.x {
-            fates.x = list_cluster(tile.plain, i, view, tile.position, PLAIN, tolerance, &budget);
-        }
-        if SPECULAR && facing && awake.y {
-            fates.y = list_cluster(tile.lobe, i, view, tile.position, SPECULAR_LOBE, tolerance, &budget);
-        }
-        next = select(next, vec2u(i + 1u), fates == vec2u(LIST_PARTS));
-        let listed = select(fates, vec2u(), fates == vec2u(LIST_PARTS));
-        let found = listed.x | listed.y << 1u;
-        if found != 0u {
-            if count < MOST_LISTED {
-                cluster_list[count] = i << LIST_INDEX | found;
-            }
-            count += 1u;
-        }
-    }
-    clusters_visited = visited;
-    clusters_listed = count;
-    tile_budget = budget;
-    if count > MOST_LISTED {
-        // No room: each point walks for itself.
-        cluster_list[0] = 3u << LIST_OPEN;
-        clusters_listed = 1u;
-        tile_budget = ClusterBudget(0.0);
+// Begins at the root.
+fn begin_listing(local: u32, tile: Receiver) {
+    if local == 0u {
+        clusters_waiting[0] = u32(tile.shines.x) | u32(tile.shines.y) << 1u;
+        listing = Listing(u32(any(tile.shines)), 0u, 0u, 0u, 0.0);
     }
 }
 
-// Not the cluster is listed for a lobe but its parts.
-const LIST_PARTS: u32 = 16u;
-
-// How a cluster is listed for a lobe; 0 for not at all.
-fn list_cluster(
-    f: Field,
-    i: u32,
-    view: ClusterView,
-    position: Loose,
-    lobe: u32,
-    tolerance: f32,
-    budget: ptr<function, ClusterBudget>,
-) -> u32 {
-    let fate = cluster_fate(f, i, view, lobe, true, tolerance, budget);
-    if fate != CLUSTER_REFINE {
-        return select(0u, 1u, fate == CLUSTER_WHOLE);
+// Lists clusters for the points of the tile until none wait or there is no room for more.
+fn list_clusters(local: u32, tile: Receiver, tolerance: f32) -> Listing {
+    // Where this step's marks are.
+    var now = 0u;
+    var before = workgroupUniformLoad(&listing);
+    while before.waiting > 0u && before.whole + before.open + 2u * TILE <= MOST_LISTED {
+        // The last ones, of which few may wait at any time; where that is many, one by one.
+        let room = MOST_WAITING - CLUSTERS_DEEPEST - min(before.waiting, MOST_WAITING - CLUSTERS_DEEPEST);
+        let count = min(before.waiting, clamp(room, 1u, TILE));
+        let first = before.waiting - count;
+        var cluster = 0u;
+        var lobes = vec3u();
+        if local < count {
+            let asked = clusters_waiting[first + local];
+            cluster = asked >> LIST_INDEX;
+            lobes = ask_cluster(cluster, asked & LIST_LOBES, tile, tolerance, before.spent);
+        }
+        for (var k = 0u; k < 3u; k++) {
+            if lobes[k] != 0u {
+                atomicOr(&marks[now + 2u * k + local / 32u], 1u << (local % 32u));
+            }
+        }
+        workgroupBarrier();
+        var counts = vec3u();
+        var ranks = vec3u();
+        for (var k = 0u; k < 3u; k++) {
+            let low = atomicLoad(&marks[now + 2u * k]);
+            let high = atomicLoad(&marks[now + 2u * k + 1u]);
+            counts[k] = countOneBits(low) + countOneBits(high);
+            let below = (1u << (local % 32u)) - 1u;
+            ranks[k] = select(countOneBits(low & below), countOneBits(low) + countOneBits(high & below), local >= 32u);
+        }
+        if lobes.x != 0u {
+            cluster_list[before.whole + ranks.x] = cluster << LIST_INDEX | lobes.x;
+        }
+        if lobes.y != 0u {
+            cluster_list[MOST_LISTED - 1u - before.open - ranks.y] = cluster << LIST_INDEX | lobes.y;
+        }
+        if lobes.z != 0u {
+            let at = first + 2u * ranks.z;
+            clusters_waiting[at] = (cluster + 1u) << LIST_INDEX | lobes.z;
+            clusters_waiting[at + 1u] = cluster_end(cluster + 1u) << LIST_INDEX | lobes.z;
+        }
+        now = 6u - now;
+        if local < 6u {
+            atomicStore(&marks[now + local], 0u);
+        }
+        if local == 0u {
+            let visited = before.visited + count;
+            let spent = f32(atomicLoad(&tile_spent)) / TO_SPEND;
+            listing = Listing(first + 2u * counts.z, before.whole + counts.x, before.open + counts.y, visited, spent);
+        }
+        before = workgroupUniformLoad(&listing);
     }
-    if (clusters[i].link & SINGLE) == 0u {
-        // Where the middle could do with the cluster, many points can.
-        var own = *budget;
-        if cluster_fate(f, i, cluster_view(i, position, false), lobe, false, tolerance, &own) == CLUSTER_REFINE {
-            return LIST_PARTS;
+    return before;
+}
+
+// After points have gathered from what was listed.
+fn clear_listing(local: u32) {
+    if local == 0u {
+        listing.whole = 0u;
+        listing.open = 0u;
+    }
+}
+
+// The lobes for which a cluster is whole, open, or in parts.
+fn ask_cluster(i: u32, asking: u32, tile: Receiver, tolerance: f32, spent: f32) -> vec3u {
+    var lobes = vec3u();
+    let view = cluster_view(i, tile.position, true);
+    if cluster_is_away(i, view, true) {
+        return lobes;
+    }
+    let single = (clusters[i].link & SINGLE) != 0u;
+    var budget = ClusterBudget(spent);
+    for (var k = 0u; k < 2u; k++) {
+        if ((asking >> k) & 1u) == 0u {
+            continue;
+        }
+        var fate = CLUSTER_NOTHING;
+        if DIFFUSE && k == PLAIN {
+            fate = cluster_fate(tile.plain, i, view, PLAIN, true, tolerance, &budget);
+        }
+        if SPECULAR && k == SPECULAR_LOBE {
+            fate = cluster_fate(tile.lobe, i, view, SPECULAR_LOBE, true, tolerance, &budget);
+        }
+        if fate == CLUSTER_WHOLE {
+            lobes.x |= 1u << k;
+        } else if fate == CLUSTER_REFINE && single {
+            lobes.y |= 1u << k;
+        } else if fate == CLUSTER_REFINE {
+            lobes.z |= 1u << k;
         }
     }
-    return 1u << LIST_OPEN;
+    atomicAdd(&tile_spent, u32(ceil((budget.spent - spent) * TO_SPEND)));
+    return lobes;
 }

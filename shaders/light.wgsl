@@ -45,13 +45,6 @@ fn light_pixels(
     let cluster_tolerance = tolerance * CLUSTER_PART;
     if CLUSTERS {
         tolerance -= cluster_tolerance;
-        if local == 0u {
-            list_clusters(tile, cluster_tolerance);
-        }
-        workgroupBarrier();
-        if local == 0u {
-            count_skips(row, frame.lights, array<u32, SKIP_REASONS>(clusters_visited, 0u, 0u, 0u, 0u, 0u, 0u, 0u));
-        }
     }
     prepare_gather(local, there, position, shading, weights, tolerance);
     for (var first = 0u; first < frame.emitters; first += CHUNK) {
@@ -62,8 +55,26 @@ fn light_pixels(
             add_lights(first, position, shading, weights, row, tolerance, &budget, &sums);
         }
     }
-    if CLUSTERS && there {
-        add_clusters(position, shading, weights, row, cluster_tolerance, tolerance, &budget, &sums);
+    if CLUSTERS {
+        let receiver = receiver_of_tile(tile);
+        begin_listing(local, receiver);
+        // What the point has spent itself.
+        var own = 0.0;
+        var visited = 0u;
+        for (var waiting = true; waiting;) {
+            let found = list_clusters(local, receiver, cluster_tolerance);
+            if there {
+                var spent = ClusterBudget(found.spent + own);
+                add_clusters(found, position, shading, weights, row, cluster_tolerance, tolerance, &spent, &budget, &sums);
+                own = spent.spent - found.spent;
+            }
+            clear_listing(local);
+            waiting = found.waiting > 0u;
+            visited = found.visited;
+        }
+        if local == 0u {
+            count_clustered(row, visited);
+        }
     }
     if there {
         add_to_pixel(id.y * frame.tile_size.x + id.x, sums);

@@ -150,11 +150,6 @@ fn bucket_of(decision: Decision, k: u32) -> u32 {
     return bucket(decision.bounds[k] / (frame.tolerance * SKIP_SHARE));
 }
 
-// Whether clusters decide about an emitter.
-fn is_clustered(i: u32) -> bool {
-    return CLUSTERS && light_boxes[i].one_sided == CLUSTERED;
-}
-
 // The first bucket whose bounds and all smaller ones may be skipped, and the part of SKIP_SHARE that they use up.
 struct FirstSkipped {
     bucket: u32,
@@ -164,9 +159,6 @@ struct FirstSkipped {
 // Sorts the bounds of all lights into buckets: a share of the emitters for each invocation.
 fn sort_lights(local: u32, tile: TileBounds) -> FirstSkipped {
     for (var i = local; i < frame.emitters; i += TILE) {
-        if is_clustered(i) {
-            continue;
-        }
         let decision = decide(tile, light_boxes[i]);
         for (var k = 0u; k < 2u; k++) {
             let at = bucket_of(decision, k);
@@ -198,14 +190,6 @@ fn list_lights(local: u32, row: u32, first: u32, tile: TileBounds, skipped: Firs
     let end = min(first + CHUNK, frame.emitters);
     for (var i = first + local; i < end; i += TILE) {
         var reasons = array<u32, SKIP_REASONS>();
-        if is_clustered(i) {
-            let all = 2u * u32(tile_summary[SLOT_COUNTS]);
-            let weighted = u32(tile_summary[SLOT_COUNTS + 1u]) + u32(tile_summary[SLOT_COUNTS + 2u]);
-            reasons[6] = select(all, weighted, SKIP_LOBES);
-            reasons[2] = all - reasons[6];
-            count_skips(row, emitters[i].light, reasons);
-            continue;
-        }
         let decision = decide(tile, light_boxes[i]);
         for (var k = 0u; k < 2u; k++) {
             var fate = decision.fates[k];

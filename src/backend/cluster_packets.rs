@@ -3,7 +3,7 @@
 
 use crate::kernel::cluster::{ClusterBudget, Clusters};
 use crate::kernel::cluster_list::{ListedCluster, TileWalk};
-use crate::kernel::cluster_walk::{ClusterWalk, HandedLight};
+use crate::kernel::cluster_walk::{ClusterSums, HandedLight};
 use crate::kernel::lanes::{Real, Triple, Vector};
 use crate::kernel::packet::{MAX_LANES, Packet, PacketMask, Processor, Simd, Task};
 use crate::kernel::receiver::{Field, LOBES, Loose, Receiver};
@@ -226,7 +226,7 @@ impl Task for Listing<'_> {
     }
 }
 
-/// The points of a packet, and what they gather from the clusters that their tile lists: [`ClusterWalk`], with a point in each lane.
+/// The points of a packet, and what they gather from the clusters that their tile lists: [`ClusterSums`], with a point in each lane.
 #[derive(Clone, Debug)]
 pub struct WalkingPacket {
     points: Points,
@@ -298,7 +298,7 @@ impl WalkingPacket {
         }
     }
 
-    /// Clusters visited by the points.
+    /// Lights that the points decided about.
     pub fn visited(&self) -> u64 {
         self.visited.iter().map(|&n| u64::from(n)).sum()
     }
@@ -326,23 +326,21 @@ impl Task for Walking<'_> {
         let points = packet.points.load(like);
         let (lanes, tolerance) = (packet.points.lanes(like), like.splat(tolerance));
         let mut budget = ClusterBudget { spent: like.splat(budget.spent) };
-        let mut walk = ClusterWalk::new(like);
-        walk.add_whole(clusters, &points, listed, lanes);
-        for &listed in listed {
-            walk.enter(like, clusters, listed);
-            while let Some(HandedLight { emitter, points: [plain, lobe] }) =
-                walk.go_on(clusters, &points, tolerance, &mut budget, lanes)
-            {
+        let mut gathered = ClusterSums::new(like);
+        gathered.add_whole(clusters, &points, listed, lanes);
+        for &listed in listed.iter().filter(|listed| listed.open != 0) {
+            let handed = gathered.decide(clusters, &points, listed, tolerance, &mut budget, lanes);
+            if let Some(HandedLight { emitter, points: [plain, lobe] }) = handed {
                 let points = [plain.bits(), lobe.bits()];
                 packet.handed.push(Handed { emitter: emitter as usize, points });
             }
         }
-        for (stored, sums) in packet.sums.iter_mut().zip(walk.sums) {
+        for (stored, sums) in packet.sums.iter_mut().zip(gathered.sums) {
             for (stored, sum) in stored.iter_mut().zip(sums) {
                 sum.store(stored);
             }
         }
-        walk.visited.store(&mut packet.visited);
-        walk.whole.store(&mut packet.whole);
+        gathered.visited.store(&mut packet.visited);
+        gathered.whole.store(&mut packet.whole);
     }
 }

@@ -1,5 +1,6 @@
 //! [`Features`]: parts of the shading that a scene may do without, decided once when it is made ready.
 
+use super::clusters::Clustered;
 use super::near::may_be_near;
 use super::uncut::may_cut;
 use super::{Horizons, Skips, Technique};
@@ -59,7 +60,6 @@ impl Features {
         skips: Skips,
     ) -> Self {
         let skips = technique.skips(skips);
-        let tiled = emitters.len() >= TILED_EMITTERS;
         // A metallic texture only lowers the metallic value.
         let diffuse = materials.iter().any(|m| {
             let black = m.base_color.truncate().max_element() <= 0.0;
@@ -80,14 +80,19 @@ impl Features {
             near: may_be_near(triangles, materials, boxes),
             true_horizon: horizons == Horizons::Both,
             horizons: !skips.horizons || may_cut(triangles, materials, boxes),
-            skips: Skips {
-                behind: skips.behind && tiled,
-                below_horizon: skips.below_horizon && tiled,
-                under_tolerance: skips.under_tolerance && tiled,
-                ..skips
-            },
+            skips,
             technique: technique.name(),
         }
+    }
+
+    /// Leaves out what nothing is decided by: clusters where there are none, tiles where few emitters are outside of them.
+    pub fn restrict(&mut self, clustered: &Clustered) {
+        let skips = &mut self.skips;
+        let tiled = clustered.apart.len() >= TILED_EMITTERS;
+        skips.clusters = !clustered.tree.clusters.is_empty();
+        skips.behind &= tiled;
+        skips.below_horizon &= tiled;
+        skips.under_tolerance &= tiled;
     }
 
     /// The parts that are left out for the whole picture, by name.

@@ -8,6 +8,7 @@ mod buffers;
 mod clock;
 mod device;
 pub mod layout;
+mod order;
 mod pipelines;
 pub mod source;
 mod tiles;
@@ -16,7 +17,7 @@ use super::features::Features;
 use super::prepared::Prepared;
 use super::stage::{Kept, Ready, Reuse, Stage};
 use super::{
-    Backend, BackendError, ClusterStats, LightStats, Rendering, Session, Settings, Shaded, Stats, Stopwatch, TreeMemory,
+    Backend, BackendError, ClusterStats, Counters, LightStats, Rendering, Session, Settings, Shaded, Stats, Stopwatch, TreeMemory,
 };
 use crate::light::AreaLight;
 use crate::scene::{Motion, Scene};
@@ -26,6 +27,7 @@ use clock::Clock;
 use device::Device;
 use glam::UVec2;
 use layout::{Emitters, Frame, MeterPoint, Reading};
+use order::Ordered;
 use pipelines::{Layouts, Pipelines};
 use source::SKIP_ROWS;
 use std::collections::HashMap;
@@ -33,8 +35,9 @@ use std::sync::{Mutex, OnceLock};
 use tiles::{Painter, Tile};
 
 /// Counters of each light: behind, below the horizon, without such a lobe, under the tolerance; of the first two those decided
-/// by tile; left to clusters, and of these handed on.
-const SKIP_REASONS: usize = 8;
+/// by tile; handed on by clusters. After all lights, of the clusters: visited for tiles, lights that points decided about, expansions;
+/// points that clusters light, and those with a weight of the plain cosine and of the lobe.
+const SKIP_REASONS: usize = 7;
 /// Points of the light meter in a workgroup.
 const METER_GROUP: usize = 64;
 
@@ -106,7 +109,9 @@ impl GpuBackend {
         }
         let device = &self.device;
         let (boxes, emitters) = (Boxes::new(&[]), Emitters::new(&prepared.emitters));
-        let buffers = SceneBuffers::new(device, &buffers::contents(None, &boxes, &emitters, Kept::default()))?;
+        let ordered = Ordered::single(&emitters);
+        let contents = buffers::contents(None, &boxes, &emitters, &ordered, Kept::default());
+        let buffers = SceneBuffers::new(device, &contents)?;
         device.queue.write_buffer(&buffers.frame, 0, bytemuck::bytes_of(&Frame::of(&prepared.technique)));
         let scene = self.layouts.bind_scene(device, &buffers);
         let bytes = points.len() as u64 * size_of::<Reading>() as u64;
@@ -178,21 +183,22 @@ impl Session for GpuSession<'_> {
             }
             None => Emitters::new(&prepared.emitters),
         };
+        let ordered = Ordered::new(prepared, &emitters);
         let frame = Frame {
             rays: prepared.rays,
             picture: UVec2::new(settings.width, settings.height),
             steps: settings.steps().into(),
             tolerance: settings.tolerance,
-            emitters: prepared.emitters.len() as u32,
+            emitters: ordered.boxes.len() as u32,
             boxes: boxes.boxes.len() as u32,
             lights: scene.lights.len() as u32,
-            clusters: prepared.clustered.tree.clusters.len() as u32,
+            clusters: ordered.clusters.len() as u32,
             per_metre: prepared.clustered.tree.per_metre,
             ..Frame::of(&settings.technique)
         };
         let counters = u64::from(SKIP_ROWS) * (scene.lights.len() as u64 + 1) * SKIP_REASONS as u64;
         let triangles = prepared.triangles.len() as u32;
-        let contents = buffers::contents(Some(prepared), &boxes, &emitters, kept);
+        let contents = buffers::contents(Some(prepared), &boxes, &emitters, &ordered, kept);
         let painter = painter.filter(|painter| painter.serves(&frame, triangles, counters));
         buffers::count(&contents, painter.is_some(), &mut reuse);
         let mut painter = match painter {
@@ -226,7 +232,7 @@ impl Session for GpuSession<'_> {
         watch.split("shading", painter.seconds()?, "raster and reading back");
         let film = super::compose(scene, prepared, surfaces, settings, &pixels);
         watch.lap("lights in view");
-        let lights = light_stats(scene, prepared, shaded, &skips);
+        let lights = light_stats(scene, prepared, shaded, &skips, settings);
         let skipped: u64 = lights.iter().map(LightStats::skipped).sum();
         let candidates: u64 = lights.iter().map(|l| l.candidates).sum();
         let stats = Stats {
@@ -267,21 +273,20 @@ fn cluster_stats(scene: &Scene, skips: &[u64]) -> ClusterStats {
 }
 
 /// The lights' counters, from the rows of `skips`.
-fn light_stats(scene: &Scene, prepared: &Prepared, shaded: u64, skips: &[u64]) -> Vec<LightStats> {
+fn light_stats(scene: &Scene, prepared: &Prepared, shaded: u64, skips: &[u64], settings: &Settings) -> Vec<LightStats> {
     let sum = |light: usize, reason: usize| counted(scene, skips, light, reason);
-    let stats = |(index, light): (usize, &AreaLight)| {
-        let emissions = prepared.emitters.iter().filter(|e| e.light == index).count() as u64;
-        LightStats {
-            name: light.name.clone(),
-            candidates: shaded * emissions * 2,
-            behind: sum(index, 0),
-            below_horizon: sum(index, 1),
-            no_lobe: sum(index, 2),
-            under_tolerance: sum(index, 3),
-            clustered: sum(index, 6) - sum(index, 7),
-            behind_tile: sum(index, 4),
-            below_tile: sum(index, 5),
-        }
-    };
-    scene.lights.iter().enumerate().map(stats).collect()
+    let [points, plain, specular] = [3, 4, 5].map(|i| sum(scene.lights.len(), i));
+    let weighted = if settings.skips.lobes { [plain, specular] } else { [points; 2] };
+    let mut counters = Counters { shaded, weighted, ..Counters::new(scene) };
+    for (index, (stats, handed)) in counters.lights.iter_mut().zip(&mut counters.handed).enumerate() {
+        stats.behind = sum(index, 0);
+        stats.below_horizon = sum(index, 1);
+        stats.no_lobe = sum(index, 2);
+        stats.under_tolerance = sum(index, 3);
+        stats.behind_tile = sum(index, 4);
+        stats.below_tile = sum(index, 5);
+        *handed = sum(index, 6);
+    }
+    counters.count_candidates(prepared);
+    counters.lights
 }

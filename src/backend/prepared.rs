@@ -9,7 +9,7 @@ use super::{BackendError, Horizons, Settings, Technique};
 use crate::brdf::ltc::{Lobe, Table};
 use crate::color::{srgb_decode, srgb_encode};
 use crate::kernel::surface::{NO_TEXTURE, Rays, SurfaceMaterial, SurfaceTexture, SurfaceTriangle, Textures};
-use crate::kernel::tile::{CLUSTERED, LightBox};
+use crate::kernel::tile::LightBox;
 use crate::scene::{Material, Scene, Texture, Triangle};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -104,15 +104,11 @@ impl Prepared {
         };
         let emitters = emitters_after(scene, &settings.technique, known_emitters, changes, reuse)?;
         let horizons = settings.horizons();
-        let mut boxes: Vec<_> = emitters.iter().map(light_box).collect();
-        let features =
+        let boxes: Vec<_> = emitters.iter().map(light_box).collect();
+        let mut features =
             Features::new(&triangles, &materials, &boxes, &emitters, &settings.technique, horizons, settings.skips);
         let clustered = Clustered::new(&emitters, features.skips);
-        for emitter in clustered.emitters() {
-            boxes[emitter].one_sided = CLUSTERED;
-        }
-        let mut features = features;
-        features.skips.clusters = !clustered.tree.clusters.is_empty();
+        features.restrict(&clustered);
         Ok(Self {
             eye,
             rays,

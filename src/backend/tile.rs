@@ -6,7 +6,7 @@ use super::emitter::Emitter;
 use super::prepared::Prepared;
 use super::{Counters, Skips};
 use crate::kernel::cluster::{CLUSTER_PART, ClusterBudget};
-use crate::kernel::cluster_list::{ListedCluster, MOST_LISTED};
+use crate::kernel::cluster_list::ListedCluster;
 use crate::kernel::frame::ShadingFrame;
 use crate::kernel::packet::{MAX_LANES, Processor};
 use crate::kernel::receiver::Receiver;
@@ -177,12 +177,6 @@ impl LightList {
             list.budget = lists.budget(lane);
             list.clusters.clear();
             list.clusters.extend(lists.of_tile(lane));
-            // No room on a GPU: each point walks for itself.
-            if list.clusters.len() > MOST_LISTED {
-                list.clusters.clear();
-                list.clusters.push(ListedCluster::ALL);
-                list.budget = ClusterBudget::default();
-            }
         }
     }
 

@@ -5,8 +5,12 @@ use super::cluster::{Cluster, ClusterBudget, Clusters, Fates, View};
 use super::lanes::{Lanes, Mask};
 use super::receiver::{LOBES, PLAIN, Receiver, SPECULAR};
 
-/// Most clusters that a tile lists. Where it would be more, each of its points walks for itself.
-pub const MOST_LISTED: usize = 512;
+/// Most clusters that a tile of a GPU lists at a time; its points gather from these before it goes on.
+pub const MOST_LISTED: usize = 320;
+/// Clusters that may wait for a tile of a GPU to decide about them.
+pub const MOST_WAITING: usize = 352;
+/// Deepest that a tree of clusters may be: as many may wait where they are decided about one by one.
+pub const DEEPEST: usize = 112;
 
 /// A cluster that shading points of a tile gather from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,13 +19,8 @@ pub struct ListedCluster {
     pub cluster: u32,
     /// Lobes for which the expansion stands for it at all points; a bit for each.
     pub whole: u32,
-    /// Lobes for which each point decides.
+    /// Lobes for which each point decides; of single lights only.
     pub open: u32,
-}
-
-impl ListedCluster {
-    /// All clusters, to be decided about by each point.
-    pub const ALL: Self = Self { cluster: 0, whole: 0, open: (1 << LOBES) - 1 };
 }
 
 /// The tiles that gather from a cluster.
@@ -107,6 +106,7 @@ impl<L: Lanes> TileWalk<L> {
 /// What becomes of a cluster for the tiles that ask.
 struct Decided<M> {
     whole: M,
+    /// It is a single light about which each point decides.
     open: M,
     /// Its parts are to be looked at.
     refine: M,
@@ -125,14 +125,7 @@ fn visit<const LOBE: usize, L: Lanes>(
     if !asking.any() {
         return Decided { whole: none, open: none, refine: none };
     }
-    let field = &tiles.fields[LOBE];
-    let fates = Fates::new::<true, LOBE, L>(field, cluster, view, tolerance, budget, asking);
-    if !fates.refine.any() || cluster.is_single() {
-        return Decided { whole: fates.whole, open: fates.refine, refine: none };
-    }
-    // Where the middle could do with the cluster, many points can.
-    let middle = View::new::<false>(tolerance, cluster, &tiles.position);
-    let mut own = *budget;
-    let refine = Fates::new::<false, LOBE, L>(field, cluster, &middle, tolerance, &mut own, fates.refine).refine;
-    Decided { whole: fates.whole, open: fates.refine & !refine, refine }
+    let fates = Fates::new::<true, LOBE, L>(&tiles.fields[LOBE], cluster, view, tolerance, budget, asking);
+    let (open, refine) = if cluster.is_single() { (fates.refine, none) } else { (none, fates.refine) };
+    Decided { whole: fates.whole, open, refine }
 }

@@ -6,20 +6,15 @@ use super::cluster_list::ListedCluster;
 use super::lanes::{Lanes, Mask};
 use super::receiver::{LOBES, PLAIN, Receiver, SPECULAR};
 
-/// The walk through what is open of a listed cluster, and what it has gathered. It stops at every light that must be integrated
-/// itself, and goes on from there.
+/// What shading points have gathered from the clusters that their tile lists.
 #[derive(Clone, Copy, Debug)]
-pub struct ClusterWalk<L: Lanes = f32> {
+pub struct ClusterSums<L: Lanes = f32> {
     /// For each lobe the sum of the expansions, to be multiplied with its weight and det M⁻¹/π.
     pub sums: [[L; 3]; LOBES],
-    /// Clusters visited.
+    /// Single lights that the points decided about.
     pub visited: L::Index,
     /// Expansions summed up.
     pub whole: L::Index,
-    /// The cluster where the walk is, and where it ends.
-    at: [u32; 2],
-    /// Where each lobe of each point goes on.
-    next: [L::Index; LOBES],
 }
 
 /// A light that points must integrate themselves.
@@ -31,12 +26,12 @@ pub struct HandedLight<M> {
     pub points: [M; LOBES],
 }
 
-impl<L: Lanes> ClusterWalk<L> {
-    /// Nowhere, with nothing gathered.
+impl<L: Lanes> ClusterSums<L> {
+    /// Nothing.
     #[inline(always)]
     pub fn new(like: L) -> Self {
         let (zero, none) = (like.splat(0.0), like.index(0));
-        Self { sums: [[zero; 3]; LOBES], visited: none, whole: none, at: [0; 2], next: [none; LOBES] }
+        Self { sums: [[zero; 3]; LOBES], visited: none, whole: none }
     }
 
     /// Adds the expansions of the clusters that stand for their lights at all points of the tile.
@@ -79,63 +74,36 @@ impl<L: Lanes> ClusterWalk<L> {
         self.sums[LOBE] = [red, green, blue];
     }
 
-    /// Goes to a listed cluster.
+    /// Decides about a listed light that the tile left open: adds what stands for it, or hands it to the points that must integrate it
+    /// themselves.
+    ///
+    /// `tolerance` is for the reflected radiance; `budget` what is left of it at each point.
     #[inline(always)]
-    pub fn enter(&mut self, like: L, clusters: Clusters<'_>, listed: ListedCluster) {
-        let end = clusters.clusters[listed.cluster as usize].end(listed.cluster);
-        let first = |k: u32| like.index(if listed.open & 1 << k != 0 { listed.cluster } else { end });
-        self.next = [first(0), first(1)];
-        self.at = [if listed.open == 0 { end } else { listed.cluster }, end];
-    }
-
-    /// Goes on to the next light that must be integrated itself, if there is one.
-    #[inline(always)]
-    pub fn go_on(
+    pub fn decide(
         &mut self,
         clusters: Clusters<'_>,
         points: &Receiver<L>,
+        listed: ListedCluster,
         tolerance: L,
         budget: &mut ClusterBudget<L>,
         lanes: L::Mask,
     ) -> Option<HandedLight<L::Mask>> {
-        let [mut i, end] = self.at;
-        while i < end {
-            let cluster = &clusters.clusters[i as usize];
-            let skip = cluster.end(i);
-            let awake = [
-                lanes & points.shines[PLAIN] & L::reached(self.next[PLAIN], i),
-                lanes & points.shines[SPECULAR] & L::reached(self.next[SPECULAR], i),
-            ];
-            self.visited = L::count(self.visited, awake[PLAIN] | awake[SPECULAR]);
-            let view = View::new::<false>(tolerance, cluster, &points.position);
-            let facing = !view.is_away::<false>(cluster);
-            let asking = [awake[PLAIN] & facing, awake[SPECULAR] & facing];
-            let past = tolerance.index(skip);
-            self.next[PLAIN] = L::select_index(awake[PLAIN], past, self.next[PLAIN]);
-            self.next[SPECULAR] = L::select_index(awake[SPECULAR], past, self.next[SPECULAR]);
-            let refined = [
-                self.visit::<PLAIN>(cluster, &view, points, tolerance, budget, asking[PLAIN]),
-                self.visit::<SPECULAR>(cluster, &view, points, tolerance, budget, asking[SPECULAR]),
-            ];
-            let goes_on = refined[PLAIN] | refined[SPECULAR];
-            if cluster.is_single() {
-                i = skip;
-                self.at = [i, end];
-                if goes_on.any() {
-                    return Some(HandedLight { emitter: cluster.link & INDEX_MASK, points: refined });
-                }
-            } else {
-                let child = tolerance.index(i + 1);
-                self.next[PLAIN] = L::select_index(refined[PLAIN], child, self.next[PLAIN]);
-                self.next[SPECULAR] = L::select_index(refined[SPECULAR], child, self.next[SPECULAR]);
-                i = if goes_on.any() { i + 1 } else { skip };
-            }
-        }
-        self.at = [end; 2];
-        None
+        let cluster = &clusters.clusters[listed.cluster as usize];
+        let open = |k: usize| lanes & points.shines[k] & tolerance.mask(listed.open & 1 << k != 0);
+        let open = [open(PLAIN), open(SPECULAR)];
+        self.visited = L::count(self.visited, open[PLAIN] | open[SPECULAR]);
+        let view = View::new::<false>(tolerance, cluster, &points.position);
+        let facing = !view.is_away::<false>(cluster);
+        let points = [
+            self.visit::<PLAIN>(cluster, &view, points, tolerance, budget, open[PLAIN] & facing),
+            self.visit::<SPECULAR>(cluster, &view, points, tolerance, budget, open[SPECULAR] & facing),
+        ];
+        (points[PLAIN] | points[SPECULAR])
+            .any()
+            .then_some(HandedLight { emitter: cluster.link & INDEX_MASK, points })
     }
 
-    /// Adds what stands for a cluster at points that ask, and tells which of them want its parts.
+    /// Adds what stands for a light at points that ask, and tells which of them must integrate it.
     #[inline(always)]
     fn visit<const LOBE: usize>(
         &mut self,

@@ -64,9 +64,6 @@ impl TileBounds {
     };
 }
 
-/// In [`LightBox::one_sided`].
-pub const CLUSTERED: u32 = 2;
-
 /// Where a light may be, and how much of it: what it shines on a point comes from directions in which this box is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -89,7 +86,7 @@ pub struct LightBox {
     pub half_z: f32,
     /// W·sr⁻¹·m⁻², linear Rec.709.
     pub radiance: Vec3,
-    /// 1 where it is flat and dark behind; [`CLUSTERED`] where clusters decide about the light and nobody asks for its box.
+    /// 1 where it is flat and dark behind.
     pub one_sided: u32,
 }
 

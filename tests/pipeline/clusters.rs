@@ -15,7 +15,7 @@ use glyphlight::brdf::ltc::Table;
 use glyphlight::film::Film;
 use glyphlight::kernel::cluster::{Cluster, ClusterBudget, Clusters, FIRST_SHARE};
 use glyphlight::kernel::cluster_list::{ListedCluster, TileWalk};
-use glyphlight::kernel::cluster_walk::ClusterWalk;
+use glyphlight::kernel::cluster_walk::ClusterSums;
 use glyphlight::kernel::frame::ShadingFrame;
 use glyphlight::kernel::receiver::{LOBES, Receiver};
 use glyphlight::kernel::reflect::Reflectance;
@@ -50,7 +50,6 @@ fn brightest(film: &Film) -> f32 {
 #[derive(Default)]
 struct Gathered {
     radiance: DVec3,
-    visited: u32,
     /// Lights that it must integrate itself, with the lobes, a bit for each.
     handed: Vec<(usize, u32)>,
 }
@@ -63,21 +62,27 @@ fn gather(
     tolerance: f32,
     budget: &mut ClusterBudget,
 ) -> Gathered {
-    let mut walk = ClusterWalk::new(0.0_f32);
-    walk.add_whole(clusters, point, listed, true);
+    let mut gathered = ClusterSums::new(0.0_f32);
+    gathered.add_whole(clusters, point, listed, true);
     let mut handed = Vec::new();
-    for &listed in listed {
-        walk.enter(0.0, clusters, listed);
-        while let Some(light) = walk.go_on(clusters, point, tolerance, budget, true) {
+    for &listed in listed.iter().filter(|listed| listed.open != 0) {
+        if let Some(light) = gathered.decide(clusters, point, listed, tolerance, budget, true) {
             handed.push((light.emitter as usize, u32::from(light.points[0]) | u32::from(light.points[1]) << 1));
         }
     }
     let mut radiance = Vec3::ZERO;
     for lobe in (0..LOBES).filter(|&lobe| point.shines[lobe]) {
         let field = &point.fields[lobe];
-        radiance += Vec3::from(walk.sums[lobe]) * (field.weight * field.scale);
+        radiance += Vec3::from(gathered.sums[lobe]) * (field.weight * field.scale);
     }
-    Gathered { radiance: radiance.as_dvec3(), visited: walk.visited, handed }
+    Gathered { radiance: radiance.as_dvec3(), handed }
+}
+
+/// What a point gathers from clusters that it has listed for itself, and how many it visited for that.
+fn gather_alone(clusters: Clusters<'_>, point: &Receiver, tolerance: f32) -> (Gathered, u32) {
+    let mut budget = ClusterBudget::default();
+    let (listed, visited) = list(clusters, point, tolerance, &mut budget);
+    (gather(clusters, point, &listed, tolerance, &mut budget), visited)
 }
 
 fn scene(lights: Vec<AreaLight>) -> Scene {
@@ -201,9 +206,8 @@ fn prepare(lights: Vec<AreaLight>) -> (Prepared, Prepared) {
 fn root_answer(point: &Point, clusters: Clusters<'_>) -> Option<(f32, DVec3)> {
     let at = |exponent: f32| {
         let tolerance = exponent.exp2();
-        let receiver = point.receiver(clusters.per_metre);
-        let gathered = gather(clusters, &receiver, &[ListedCluster::ALL], tolerance, &mut ClusterBudget::default());
-        let alone = gathered.handed.is_empty() && gathered.visited == 1;
+        let (gathered, visited) = gather_alone(clusters, &point.receiver(clusters.per_metre), tolerance);
+        let alone = gathered.handed.is_empty() && visited == 1;
         // No cluster may have more than the first share of a tolerance.
         alone.then_some((tolerance * FIRST_SHARE, gathered.radiance))
     };
@@ -268,15 +272,20 @@ fn a_perturbed_moment_breaks_the_bound() {
     assert!(flux.0 > 5 && place.0 > 5);
 }
 
-/// What a tile lists, alone.
-fn list(clusters: Clusters<'_>, tile: &Receiver, tolerance: f32, budget: &mut ClusterBudget) -> Vec<ListedCluster> {
+/// What a tile lists, alone, and how many clusters it visits.
+fn list(
+    clusters: Clusters<'_>,
+    tile: &Receiver,
+    tolerance: f32,
+    budget: &mut ClusterBudget,
+) -> (Vec<ListedCluster>, u32) {
     let mut walk = TileWalk::new(0.0_f32);
     let mut listed = Vec::new();
     while let Some(found) = walk.go_on(clusters, tile, tolerance, budget, true) {
         let bits = |lobes: [bool; LOBES]| u32::from(lobes[0]) | u32::from(lobes[1]) << 1;
         listed.push(ListedCluster { cluster: found.cluster, whole: bits(found.whole), open: bits(found.open) });
     }
-    listed
+    (listed, walk.visited)
 }
 
 #[test]
@@ -308,7 +317,7 @@ fn every_point_of_a_tile_is_within_the_tolerance() {
         let tile = Receiver::of_tile(&bounds, true, tree.per_metre);
         for tolerance in [1e-2, 1e-3, 1e-4] {
             let mut budget = ClusterBudget::default();
-            let listed = list(tree, &tile, tolerance, &mut budget);
+            let (listed, _) = list(tree, &tile, tolerance, &mut budget);
             whole += listed.iter().filter(|l| l.whole != 0).count();
             for point in &points {
                 let Some(answer) = point.answer(tree, &listed, tolerance, budget) else { continue };
@@ -410,8 +419,7 @@ fn hostile_places_are_answered() {
             let normal = rng.direction();
             let view = (normal + rng.direction() * 0.9).normalize();
             let point = Point::new(place, normal, view, 0.2, 0.0);
-            let receiver = point.receiver(tree.per_metre);
-            let gathered = gather(tree, &receiver, &[ListedCluster::ALL], 1e-3, &mut ClusterBudget::default());
+            let (gathered, _) = gather_alone(tree, &point.receiver(tree.per_metre), 1e-3);
             let mut answer = gathered.radiance;
             for (i, lobes) in gathered.handed {
                 let emitter = &exact.emitters[i];

@@ -3,6 +3,7 @@
 use super::boxes::Boxes;
 use super::device::Device;
 use super::layout::{Emitters, Frame};
+use super::order::Ordered;
 use super::pipelines::ARRAYS;
 use crate::backend::BackendError;
 use crate::backend::prepared::Prepared;
@@ -28,6 +29,7 @@ pub fn contents<'a>(
     prepared: Option<&'a Prepared>,
     boxes: &'a Boxes,
     emitters: &'a Emitters,
+    ordered: &'a Ordered,
     kept: Kept,
 ) -> [Content<'a>; ARRAYS] {
     fn of<'a, T: Pod>(what: &'static str, data: &'a [T], is_kept: bool) -> Content<'a> {
@@ -40,15 +42,15 @@ pub fn contents<'a>(
         of("materials", prepared.map_or(&[], |p| &p.materials), textures),
         of("textures", prepared.map_or(&[], |p| &p.textures), textures),
         of("texels", prepared.map_or(&[], |p| &p.texels), textures),
-        of("emitters", &emitters.emitters, false),
+        of("emitters", &ordered.emitters, false),
         of("regions of lights", emitters.regions.bytes(), regions),
         of("details of lights", emitters.details.bytes(), regions),
         of("LTC table", Table::shipped().texels().as_flattened(), true),
         of("boxes", &boxes.boxes, surfaces),
         of("pictures of lights", emitters.pictures.bytes(), regions),
         of("texels of lights", emitters.picture_texels.bytes(), regions),
-        of("boxes of lights", prepared.map_or(&[], |p| &p.boxes), false),
-        of("clusters of lights", prepared.map_or(&[], |p| &p.clustered.tree.clusters), false),
+        of("boxes of lights", &ordered.boxes, false),
+        of("clusters of lights", &ordered.clusters, false),
     ]
 }
 

@@ -33,7 +33,7 @@ pub struct Frame {
     pub steps: Vec2,
     /// Largest error of the picture's radiance by integration, W·sr⁻¹·m⁻².
     pub tolerance: f32,
-    /// Number of emitters.
+    /// Number of emitters outside of clusters; they come first.
     pub emitters: u32,
     /// Number of boxes.
     pub boxes: u32,

@@ -5,7 +5,7 @@ use crate::backend::features::TOPPED;
 use crate::backend::near::NARROW;
 use crate::brdf::ltc::{ALPHA_MIN, Table};
 use crate::kernel::cluster::{CLUSTER_PART, CLUSTER_SLACK, FIRST_SHARE, HALF, INDEX_MASK, LEFT_OUT, ROUNDING, SINGLE};
-use crate::kernel::cluster_list::MOST_LISTED;
+use crate::kernel::cluster_list::{DEEPEST as CLUSTERS_DEEPEST, MOST_LISTED, MOST_WAITING};
 use crate::kernel::curve::NEAREST_IMAGE;
 use crate::kernel::expansion::{ACROSS, LEAST, LEVEL};
 use crate::kernel::lanes::Lanes;
@@ -14,7 +14,7 @@ use crate::kernel::receiver::{PLAIN, SPECULAR};
 use crate::kernel::roots::{ROOT_NOISE, ROOT_STEPS};
 use crate::kernel::subdivide::{DIFFUSE_EPS, HALVINGS, INTERVALS, SPECULAR_EPS, START_LEVEL};
 use crate::kernel::surface::{NO_TEXTURE, SEAM};
-use crate::kernel::tile::{BUCKETS, CLUSTERED, SKIP_SHARE};
+use crate::kernel::tile::{BUCKETS, SKIP_SHARE};
 use crate::kernel::tree::{CLUSTER, CUBIC, DEEPEST, LINK_MASK, RUN, SEGMENT, SHARE, SLACK};
 use crate::kernel::{pal, representative};
 
@@ -107,9 +107,10 @@ fn constants() -> String {
         ("HALF", HALF),
         ("INDEX_MASK", INDEX_MASK),
         ("MOST_LISTED", MOST_LISTED as u32),
+        ("MOST_WAITING", MOST_WAITING as u32),
+        ("CLUSTERS_DEEPEST", CLUSTERS_DEEPEST as u32),
         ("PLAIN", PLAIN as u32),
         ("SPECULAR_LOBE", SPECULAR as u32),
-        ("CLUSTERED", CLUSTERED),
         ("LINK_MASK", LINK_MASK),
         ("CLUSTER", CLUSTER),
         ("RUN", RUN),

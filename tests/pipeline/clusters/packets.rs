@@ -39,10 +39,10 @@ fn disagreements(processor: Processor, shift: f64) -> (usize, [usize; 2]) {
         let lists = Lists::new(processor, tree, &tiles, &[tolerance; MAX_LANES]);
         for (lane, point) in points.iter().enumerate() {
             let mut budget = ClusterBudget::default();
-            let alone = list(tree, &bounds(point), tolerance, &mut budget);
+            let (alone, visited) = list(tree, &bounds(point), tolerance, &mut budget);
             let together: Vec<_> = lists.of_tile(lane).collect();
             let left = lists.budget(lane);
-            wrong += usize::from(alone != together || budget != left);
+            wrong += usize::from(alone != together || budget != left || visited != lists.visited(lane));
             seen[0] += alone.len();
         }
         let listed: Vec<_> = lists.of_tile(0).collect();
