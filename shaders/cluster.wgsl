@@ -59,6 +59,9 @@ struct Sight {
     error: f32,
     // Bound of the integral; 0 below a horizon, infinite where the cluster reaches as far as the point.
     most: f32,
+    // Bound of what the plain cosine's local expansion about the middle of a tile is off by beyond that; infinite for a lobe, and where
+    // the tile is as large as the cluster is far.
+    shift: f32,
 }
 
 // Of all points of a tile, or of a single one. To the plain cosine of a point the world and cosine space are the same but for a
@@ -95,18 +98,18 @@ fn cluster_sight(f: Field, i: u32, view: ClusterView, lobe: u32, of_tile: bool) 
         radius += field_slack(f, half);
     }
     if p.z + off.z + reach < 0.0 || height + up_reach < 0.0 {
-        return Sight(INFINITE_BOUND, 0.0);
+        return Sight(INFINITE_BOUND, 0.0, INFINITE_BOUND);
     }
     let above = p.z - off.z - reach > 0.0 && height - up_reach > 0.0;
     if !(nearest > 0.0) {
-        return Sight(INFINITE_BOUND, INFINITE_BOUND);
+        return Sight(INFINITE_BOUND, INFINITE_BOUND, INFINITE_BOUND);
     }
     let inv = 1.0 / nearest;
     let z = clamp((p.z + off.z) * inv, 0.0, 1.0);
     let s = radius * inv;
     let gap = 1.0 - s;
     if !(gap > 0.0) {
-        return Sight(INFINITE_BOUND, INFINITE_BOUND);
+        return Sight(INFINITE_BOUND, INFINITE_BOUND, INFINITE_BOUND);
     }
     let bright = max_element(f.weight * clusters[i].flux);
     let unit = f.scale * bright * (view.most * inv) * (inv * inv);
@@ -116,7 +119,7 @@ fn cluster_sight(f: Field, i: u32, view: ClusterView, lobe: u32, of_tile: bool) 
     // p_z/|p|^4 is at most (z + s)/(1 - s)^4, and 1/(1 - s)^3, over |p|^3.
     let most = unit * per_gap_4 * min(z + min(s, reach * inv), gap);
     if !(above && view.least > 0.0) {
-        return Sight(INFINITE_BOUND, most);
+        return Sight(INFINITE_BOUND, most, INFINITE_BOUND);
     }
     // Root means of |q|^2 and q_z^2, over |p|.
     let squares = clusters[i].squares;
@@ -138,7 +141,15 @@ fn cluster_sight(f: Field, i: u32, view: ClusterView, lobe: u32, of_tile: bool) 
     let together = min(6.0 * z + 2.0, 6.0) + s * (10.0 - s * (15.0 - 6.0 * s)) * (per_gap_2 * per_gap);
     let t2 = 10.0 + s * (20.0 + s * 35.0 * per_gap_4);
     let t1 = 4.0 + s * t2;
-    return Sight(unit * mean * min(mean * together, z * mean * t2 + rise * t1), most);
+    var shift = INFINITE_BOUND;
+    if of_tile && lobe == PLAIN {
+        let size = length_of(view.open) * inv;
+        let tile_gap = 1.0 - size;
+        let series = size * size / (tile_gap * tile_gap * tile_gap);
+        let sum = unit * (mean * 30.0 + 6.0) + f.scale * bright * (inv * inv) * (mean * 12.0 + 3.0);
+        shift = select(INFINITE_BOUND, series * sum, tile_gap > 0.0);
+    }
+    return Sight(unit * mean * min(mean * together, z * mean * t2 + rise * t1), most, shift);
 }
 
 // The first-order expansion at a single point: reflected radiance.
@@ -187,10 +198,11 @@ fn cluster_accept(budget: ptr<function, ClusterBudget>, bound: f32, tolerance: f
 }
 
 // What becomes of a cluster for a lobe: it adds nothing, or nothing that counts; the expansion stands for it; its parts must be
-// looked at.
+// looked at; the local expansion of the tile stands for it.
 const CLUSTER_NOTHING: u32 = 0u;
 const CLUSTER_WHOLE: u32 = 1u;
 const CLUSTER_REFINE: u32 = 2u;
+const CLUSTER_LOCAL: u32 = 3u;
 
 fn cluster_fate(
     f: Field,
@@ -203,6 +215,9 @@ fn cluster_fate(
 ) -> u32 {
     let sight = cluster_sight(f, i, view, lobe, of_tile);
     let expands = sight.error < sight.most;
+    if of_tile && lobe == PLAIN && expands && cluster_accept(budget, sight.error + sight.shift, tolerance) {
+        return CLUSTER_LOCAL;
+    }
     if !cluster_accept(budget, select(sight.most * LEFT_OUT, sight.error, expands), tolerance) {
         return CLUSTER_REFINE;
     }

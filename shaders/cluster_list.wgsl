@@ -15,6 +15,8 @@ struct Listing {
     visited: u32,
     // Sum of the accepted bounds, in tolerances.
     spent: f32,
+    // Clusters whose local expansion stands for them.
+    local: u32,
 }
 
 // Clusters' indices and the lobes in question.
@@ -25,6 +27,8 @@ var<workgroup> listing: Listing;
 var<workgroup> marks: array<atomic<u32>, 12>;
 // Sum of the accepted bounds, in TO_SPEND-th parts of the tolerance: a sum of whole numbers does not hang by their order.
 var<workgroup> tile_spent: atomic<u32>;
+// Clusters whose local expansion stands for them.
+var<workgroup> tile_locals: atomic<u32>;
 
 const TO_SPEND: f32 = 65536.0;
 const LIST_INDEX: u32 = 2u;
@@ -34,12 +38,13 @@ const LIST_LOBES: u32 = 3u;
 fn begin_listing(local: u32, tile: Receiver) {
     if local == 0u {
         clusters_waiting[0] = u32(tile.shines.x) | u32(tile.shines.y) << 1u;
-        listing = Listing(u32(any(tile.shines)), 0u, 0u, 0u, 0.0);
+        listing = Listing(u32(any(tile.shines)), 0u, 0u, 0u, 0.0, 0u);
     }
 }
 
-// Lists clusters for the points of the tile until none wait or there is no room for more.
-fn list_clusters(local: u32, tile: Receiver, tolerance: f32) -> Listing {
+// Lists clusters for the points of the tile until none wait or there is no room for more, and adds those that need not be listed to what
+// the invocation has of them.
+fn list_clusters(local: u32, tile: Receiver, tolerance: f32, sum: ptr<function, Local>) -> Listing {
     // Where this step's marks are.
     var now = 0u;
     var before = workgroupUniformLoad(&listing);
@@ -53,7 +58,7 @@ fn list_clusters(local: u32, tile: Receiver, tolerance: f32) -> Listing {
         if local < count {
             let asked = clusters_waiting[first + local];
             cluster = asked >> LIST_INDEX;
-            lobes = ask_cluster(cluster, asked & LIST_LOBES, tile, tolerance, before.spent);
+            lobes = ask_cluster(cluster, asked & LIST_LOBES, tile, tolerance, before.spent, sum);
         }
         for (var k = 0u; k < 3u; k++) {
             if lobes[k] != 0u {
@@ -88,7 +93,8 @@ fn list_clusters(local: u32, tile: Receiver, tolerance: f32) -> Listing {
         if local == 0u {
             let visited = before.visited + count;
             let spent = f32(atomicLoad(&tile_spent)) / TO_SPEND;
-            listing = Listing(first + 2u * counts.z, before.whole + counts.x, before.open + counts.y, visited, spent);
+            let locals = atomicLoad(&tile_locals);
+            listing = Listing(first + 2u * counts.z, before.whole + counts.x, before.open + counts.y, visited, spent, locals);
         }
         before = workgroupUniformLoad(&listing);
     }
@@ -104,7 +110,7 @@ fn clear_listing(local: u32) {
 }
 
 // The lobes for which a cluster is whole, open, or in parts.
-fn ask_cluster(i: u32, asking: u32, tile: Receiver, tolerance: f32, spent: f32) -> vec3u {
+fn ask_cluster(i: u32, asking: u32, tile: Receiver, tolerance: f32, spent: f32, sum: ptr<function, Local>) -> vec3u {
     var lobes = vec3u();
     let view = cluster_view(i, tile.position, true);
     if cluster_is_away(i, view, true) {
@@ -123,7 +129,10 @@ fn ask_cluster(i: u32, asking: u32, tile: Receiver, tolerance: f32, spent: f32) 
         if SPECULAR && k == SPECULAR_LOBE {
             fate = cluster_fate(tile.lobe, i, view, SPECULAR_LOBE, true, tolerance, &budget);
         }
-        if fate == CLUSTER_WHOLE {
+        if DIFFUSE && fate == CLUSTER_LOCAL {
+            add_local(sum, i, view.y);
+            atomicAdd(&tile_locals, 1u);
+        } else if fate == CLUSTER_WHOLE {
             lobes.x |= 1u << k;
         } else if fate == CLUSTER_REFINE && single {
             lobes.y |= 1u << k;

@@ -36,33 +36,48 @@ fn add_clusters(
         }
     }
     var visited = 0u;
-    var next = MOST_LISTED - listed.open;
-    loop {
-        // Invocations go from light to light, so that they integrate them together.
-        var singles = 0u;
-        var light = 0u;
-        while singles == 0u && next < MOST_LISTED {
-            let i = cluster_list[next] >> LIST_INDEX;
-            let open = point.shines & vec2((cluster_list[next] & 1u) != 0u, (cluster_list[next] & 2u) != 0u);
-            next += 1u;
-            visited += 1u;
+    for (var first = MOST_LISTED - listed.open; first < MOST_LISTED; first += 32u) {
+        // What becomes of so many open lights by both lobes, a bit for each: the expansion stands for them, or they are integrated.
+        var whole = vec2u();
+        var handed = vec2u();
+        for (var bit = 0u; bit < 32u && first + bit < MOST_LISTED; bit++) {
+            let entry = cluster_list[first + bit];
+            let i = entry >> LIST_INDEX;
+            let asking = point.shines & vec2((entry & 1u) != 0u, (entry & 2u) != 0u);
+            visited += u32(any(asking));
             let view = cluster_view(i, point.position, false);
-            let facing = !cluster_is_away(i, view, false);
-            if DIFFUSE && facing && open.x {
-                singles |= visit_cluster(&plain, point.plain, i, view, PLAIN, cluster_tolerance, cluster_budget);
+            let open = asking & vec2(!cluster_is_away(i, view, false));
+            var fates = vec2u();
+            if DIFFUSE && open.x {
+                fates.x = cluster_fate(point.plain, i, view, PLAIN, false, cluster_tolerance, cluster_budget);
             }
-            if SPECULAR && facing && open.y {
-                singles |= visit_cluster(&lobe, point.lobe, i, view, SPECULAR_LOBE, cluster_tolerance, cluster_budget);
+            if SPECULAR && open.y {
+                fates.y = cluster_fate(point.lobe, i, view, SPECULAR_LOBE, false, cluster_tolerance, cluster_budget);
             }
-            light = clusters[i].link & INDEX_MASK;
+            whole |= vec2u(fates == vec2u(CLUSTER_WHOLE)) << vec2u(bit);
+            handed |= vec2u(fates == vec2u(CLUSTER_REFINE)) << vec2u(bit);
         }
-        if singles == 0u {
-            break;
+        for (var left = whole.x | whole.y; left != 0u; left &= left - 1u) {
+            let bit = firstTrailingBit(left);
+            let i = cluster_list[first + bit] >> LIST_INDEX;
+            let y = clusters[i].center - point.position.middle;
+            if DIFFUSE && ((whole.x >> bit) & 1u) != 0u {
+                add_expansion(&plain, point.plain, i, y, PLAIN);
+            }
+            if SPECULAR && ((whole.y >> bit) & 1u) != 0u {
+                add_expansion(&lobe, point.lobe, i, y, SPECULAR_LOBE);
+            }
         }
-        var reasons = array<u32, SKIP_REASONS>();
-        reasons[6] = countOneBits(singles);
-        add_light(emitters[light], light, singles, position, shading, weights, tolerance, budget, sums, &reasons);
-        count_skips(row, emitters[light].light, reasons);
+        // Invocations go from light to light, so that they integrate them together.
+        for (var left = handed.x | handed.y; left != 0u; left &= left - 1u) {
+            let bit = firstTrailingBit(left);
+            let light = clusters[cluster_list[first + bit] >> LIST_INDEX].link & INDEX_MASK;
+            let lobes = ((handed.x >> bit) & 1u) | ((handed.y >> bit) & 1u) << 1u;
+            var reasons = array<u32, SKIP_REASONS>();
+            reasons[6] = countOneBits(lobes);
+            add_light(emitters[light], light, lobes, position, shading, weights, tolerance, budget, sums, &reasons);
+            count_skips(row, emitters[light].light, reasons);
+        }
     }
     (*sums).reflected[0] += plain.reflected;
     (*sums).reflected[1] += lobe.reflected;
@@ -73,21 +88,4 @@ fn add_clusters(
 fn add_expansion(sum: ptr<function, ClusterSum>, f: Field, i: u32, y: vec3f, lobe: u32) {
     (*sum).reflected += cluster_expansion(f, i, y, lobe);
     (*sum).whole += 1u;
-}
-
-// Adds what stands for a light at the point; gives the bit of the lobe if it must integrate it.
-fn visit_cluster(
-    sum: ptr<function, ClusterSum>,
-    f: Field,
-    i: u32,
-    view: ClusterView,
-    lobe: u32,
-    tolerance: f32,
-    budget: ptr<function, ClusterBudget>,
-) -> u32 {
-    let fate = cluster_fate(f, i, view, lobe, false, tolerance, budget);
-    if fate == CLUSTER_WHOLE {
-        add_expansion(sum, f, i, view.y, lobe);
-    }
-    return select(0u, 1u << lobe, fate == CLUSTER_REFINE);
 }

@@ -60,9 +60,10 @@ fn light_pixels(
         begin_listing(local, receiver);
         // What the point has spent itself.
         var own = 0.0;
-        var visited = 0u;
+        var local_sum = Local();
+        var found = Listing();
         for (var waiting = true; waiting;) {
-            let found = list_clusters(local, receiver, cluster_tolerance);
+            found = list_clusters(local, receiver, cluster_tolerance, &local_sum);
             if there {
                 var spent = ClusterBudget(found.spent + own);
                 add_clusters(found, position, shading, weights, row, cluster_tolerance, tolerance, &spent, &budget, &sums);
@@ -70,10 +71,16 @@ fn light_pixels(
             }
             clear_listing(local);
             waiting = found.waiting > 0u;
-            visited = found.visited;
         }
         if local == 0u {
-            count_clustered(row, visited);
+            count_clustered(row, found);
+        }
+        if DIFFUSE && found.local > 0u {
+            sum_up_local(local, local_sum);
+            if there {
+                let away = position * frame.per_metre - receiver.position.middle;
+                sums.reflected[0] += local_at(shading.z, away) * weights.diffuse / PI;
+            }
         }
     }
     if there {

@@ -2,17 +2,17 @@
 // first two those that were decided for whole tiles; handed on by clusters to the light itself.
 //
 // Past the lights are the clusters: visited for tiles, lights that points decided about, expansions; points that clusters light, and
-// those with a weight of the plain cosine and of the lobe.
+// those with a weight of the plain cosine and of the lobe; clusters whose local expansion stands for them.
 
 const SKIP_REASONS: u32 = 7u;
 const NO_LIGHT: u32 = 0xffffffffu;
 
 // Counts a tile that clusters light.
-fn count_clustered(row: u32, visited: u32) {
+fn count_clustered(row: u32, found: Listing) {
     let points = u32(tile_summary[SLOT_COUNTS]);
     let plain = u32(tile_summary[SLOT_COUNTS + 1u]);
     let specular = u32(tile_summary[SLOT_COUNTS + 2u]);
-    count_skips(row, frame.lights, array<u32, SKIP_REASONS>(visited, 0u, 0u, points, plain, specular, 0u));
+    count_skips(row, frame.lights, array<u32, SKIP_REASONS>(found.visited, 0u, 0u, points, plain, specular, found.local));
 }
 
 // Adds to the 64-bit counters of a light. Rows keep workgroups out of each other's way.

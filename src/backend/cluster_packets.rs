@@ -5,6 +5,7 @@ use crate::kernel::cluster::{ClusterBudget, Clusters};
 use crate::kernel::cluster_list::{ListedCluster, TileWalk};
 use crate::kernel::cluster_walk::{ClusterSums, HandedLight};
 use crate::kernel::lanes::{Real, Triple, Vector};
+use crate::kernel::local::{Local, TERMS};
 use crate::kernel::packet::{MAX_LANES, Packet, PacketMask, Processor, Simd, Task};
 use crate::kernel::receiver::{Field, LOBES, Loose, Receiver};
 use glam::Vec3;
@@ -157,6 +158,8 @@ pub struct Lists {
     listed: Vec<ListedLanes>,
     visited: [u32; MAX_LANES],
     spent: Lane,
+    local: [[Lane; TERMS]; 3],
+    locals: [u32; MAX_LANES],
 }
 
 /// The tiles that list a cluster, by their bits.
@@ -184,6 +187,12 @@ impl Lists {
         })
     }
 
+    /// What clusters send to all points of a tile, and how many those are.
+    pub fn local(&self, lane: usize) -> (Local, u32) {
+        let terms = self.local.each_ref().map(|channel| channel.each_ref().map(|lanes| lanes[lane]));
+        (Local { terms }, self.locals[lane])
+    }
+
     /// Clusters visited for a tile.
     pub const fn visited(&self, lane: usize) -> u32 {
         self.visited[lane]
@@ -208,7 +217,13 @@ impl Task for Listing<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, like: Packet<S>) -> Lists {
         let Self { clusters, middles, halves, tolerance } = self;
-        let mut lists = Lists { listed: Vec::new(), visited: [0; MAX_LANES], spent: [0.0; MAX_LANES] };
+        let mut lists = Lists {
+            listed: Vec::new(),
+            visited: [0; MAX_LANES],
+            spent: [0.0; MAX_LANES],
+            local: [[[0.0; MAX_LANES]; TERMS]; 3],
+            locals: [0; MAX_LANES],
+        };
         let (lanes, tolerance) = (middles.lanes(like), like.load(tolerance));
         let tiles = halves.around(like, middles.load(like));
         let mut budget = ClusterBudget::new(like);
@@ -221,6 +236,12 @@ impl Task for Listing<'_> {
             });
         }
         walk.visited.store(&mut lists.visited);
+        walk.locals.store(&mut lists.locals);
+        for (stored, channel) in lists.local.iter_mut().zip(walk.local.terms) {
+            for (stored, term) in stored.iter_mut().zip(channel) {
+                term.store(stored);
+            }
+        }
         budget.spent.store(&mut lists.spent);
         lists
     }
@@ -268,18 +289,19 @@ impl WalkingPacket {
         self.points.push(point);
     }
 
-    /// Gathers from the clusters that the points' tile lists. `tolerance` is of the reflected radiance, `budget` what is left of it
-    /// to each point.
+    /// Gathers from the clusters that the points' tile lists, and from those that send `local`, about the tile's middle. `tolerance`
+    /// is of the reflected radiance, `budget` what is left of it to each point.
     pub fn walk(
         &mut self,
         processor: Processor,
         clusters: Clusters<'_>,
         listed: &[ListedCluster],
+        local: Option<(Vec3, &Local)>,
         tolerance: f32,
         budget: ClusterBudget,
     ) {
         self.handed.clear();
-        processor.run(Walking { packet: self, clusters, listed, tolerance, budget });
+        processor.run(Walking { packet: self, clusters, listed, local, tolerance, budget });
     }
 
     /// The lights that points must integrate themselves, each once.
@@ -313,6 +335,7 @@ struct Walking<'a> {
     packet: &'a mut WalkingPacket,
     clusters: Clusters<'a>,
     listed: &'a [ListedCluster],
+    local: Option<(Vec3, &'a Local)>,
     tolerance: f32,
     budget: ClusterBudget,
 }
@@ -322,12 +345,15 @@ impl Task for Walking<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, like: Packet<S>) {
-        let Self { packet, clusters, listed, tolerance, budget } = self;
+        let Self { packet, clusters, listed, local, tolerance, budget } = self;
         let points = packet.points.load(like);
         let (lanes, tolerance) = (packet.points.lanes(like), like.splat(tolerance));
         let mut budget = ClusterBudget { spent: like.splat(budget.spent) };
         let mut gathered = ClusterSums::new(like);
         gathered.add_whole(clusters, &points, listed, lanes);
+        if let Some((middle, local)) = local {
+            gathered.add_local(&points, middle, local, lanes);
+        }
         for &listed in listed.iter().filter(|listed| listed.open != 0) {
             let handed = gathered.decide(clusters, &points, listed, tolerance, &mut budget, lanes);
             if let Some(HandedLight { emitter, points: [plain, lobe] }) = handed {

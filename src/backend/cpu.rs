@@ -217,6 +217,7 @@ impl Shader<'_> {
         list.count(self.prepared, summary, &mut self.counters);
         self.counters.shaded += summary.count;
         self.counters.clusters.by_tile += u64::from(list.visited);
+        self.counters.clusters.local += u64::from(list.locals);
         for (sum, weighted) in self.counters.weighted.iter_mut().zip(summary.weighted) {
             *sum += if self.prepared.features.skips.lobes { weighted } else { summary.count };
         }
@@ -224,7 +225,7 @@ impl Shader<'_> {
             let Listed { emitter, lobes } = self.tile.list.listed[i];
             self.light(emitter, lobes.map(|listed| if listed { ALL_POINTS } else { 0 }));
         }
-        if !self.tile.list.clusters.is_empty() {
+        if !self.tile.list.clusters.is_empty() || self.tile.list.locals > 0 {
             self.light_clusters();
         }
         for point in &self.tile.points {
@@ -300,8 +301,9 @@ impl Shader<'_> {
                 let position = point.position.as_vec3();
                 self.walk.push(&Receiver::of_point(position, axes, &point.reflectance, both_horizons, tree.per_metre));
             }
-            let LightList { clusters, cluster_tolerance, budget, .. } = &self.tile.list;
-            self.walk.walk(self.processor, tree.view(), clusters, *cluster_tolerance, *budget);
+            let LightList { clusters, local, middle, locals, cluster_tolerance, budget, .. } = &self.tile.list;
+            let local = (*locals > 0).then_some((*middle, local));
+            self.walk.walk(self.processor, tree.view(), clusters, local, *cluster_tolerance, *budget);
             self.counters.clusters.by_point += self.walk.visited();
             self.counters.clusters.whole += self.walk.whole();
             for (lane, point) in self.tile.points[p * lanes..].iter_mut().take(count).enumerate() {

@@ -36,7 +36,8 @@ use tiles::{Painter, Tile};
 
 /// Counters of each light: behind, below the horizon, without such a lobe, under the tolerance; of the first two those decided
 /// by tile; handed on by clusters. After all lights, of the clusters: visited for tiles, lights that points decided about, expansions;
-/// points that clusters light, and those with a weight of the plain cosine and of the lobe.
+/// points that clusters light, and those with a weight of the plain cosine and of the lobe; clusters whose local expansion stands for
+/// them.
 const SKIP_REASONS: usize = 7;
 /// Points of the light meter in a workgroup.
 const METER_GROUP: usize = 64;
@@ -268,8 +269,8 @@ fn counted(scene: &Scene, skips: &[u64], light: usize, reason: usize) -> u64 {
 
 /// What clusters have cost, from the rows of `skips`.
 fn cluster_stats(scene: &Scene, skips: &[u64]) -> ClusterStats {
-    let [by_tile, by_point, whole] = [0, 1, 2].map(|i| counted(scene, skips, scene.lights.len(), i));
-    ClusterStats { by_tile, by_point, whole }
+    let [by_tile, by_point, whole, local] = [0, 1, 2, 6].map(|i| counted(scene, skips, scene.lights.len(), i));
+    ClusterStats { by_tile, local, by_point, whole }
 }
 
 /// The lights' counters, from the rows of `skips`.

@@ -171,7 +171,9 @@ impl Stats {
 pub struct ClusterStats {
     /// Clusters visited for whole tiles.
     pub by_tile: u64,
-    /// Clusters visited by single points.
+    /// Of these, those whose local expansion about a tile's middle stood for their lights at all of its points, by the plain cosine.
+    pub local: u64,
+    /// Clusters visited by single points: single lights.
     pub by_point: u64,
     /// Expansions evaluated, each of which stood for all lights of a cluster at a point.
     pub whole: u64,
@@ -181,6 +183,7 @@ impl ClusterStats {
     const fn plus(self, other: Self) -> Self {
         Self {
             by_tile: self.by_tile + other.by_tile,
+            local: self.local + other.local,
             by_point: self.by_point + other.by_point,
             whole: self.whole + other.whole,
         }

@@ -8,6 +8,7 @@ use super::{Counters, Skips};
 use crate::kernel::cluster::{CLUSTER_PART, ClusterBudget};
 use crate::kernel::cluster_list::ListedCluster;
 use crate::kernel::frame::ShadingFrame;
+use crate::kernel::local::Local;
 use crate::kernel::packet::{MAX_LANES, Processor};
 use crate::kernel::receiver::Receiver;
 use crate::kernel::reflect::Reflectance;
@@ -91,6 +92,12 @@ pub struct LightList {
     pub clusters: Vec<ListedCluster>,
     /// What the tile's decisions about clusters leave for each point.
     pub budget: ClusterBudget,
+    /// What clusters send to all of its points, about its middle in the tree's unit.
+    pub local: Local,
+    /// That middle.
+    pub middle: Vec3,
+    /// How many clusters do.
+    pub locals: u32,
     /// Clusters visited for the tile.
     pub visited: u32,
     /// What the skipped ones leave of the tolerance for lights that are integrated, W·sr⁻¹·m⁻².
@@ -114,6 +121,7 @@ impl LightList {
         self.clusters.clear();
         self.budget = ClusterBudget::default();
         self.visited = 0;
+        self.locals = 0;
         let apart = prepared.clustered.apart.iter().map(|&emitter| emitter as usize);
         if !skips.by_tile() {
             self.listed.extend(apart.map(|emitter| Listed { emitter, lobes: [true; 2] }));
@@ -175,6 +183,8 @@ impl LightList {
         for (lane, (list, _)) in tiles.iter_mut().enumerate() {
             list.visited = lists.visited(lane);
             list.budget = lists.budget(lane);
+            list.middle = receivers[lane].position.middle;
+            (list.local, list.locals) = lists.local(lane);
             list.clusters.clear();
             list.clusters.extend(lists.of_tile(lane));
         }

@@ -187,10 +187,13 @@ fn table(report: &Report<'_>) -> String {
     if !stats.left_out.is_empty() {
         table.add_row(["left out for all samples".to_owned(), stats.left_out.join(", ")]);
     }
-    let ClusterStats { by_tile, by_point, whole } = stats.clusters;
+    let ClusterStats { by_tile, local, by_point, whole } = stats.clusters;
     if by_tile + by_point > 0 {
         let [visited, stood] = [by_point, whole].map(per_sample);
-        let clusters = format!("{by_tile} by tiles; per sample {visited} by points, {stood} stood for their lights");
+        let clusters = format!(
+            "{by_tile} by tiles, {local} stood for their lights at all points; per sample {visited} by points, {stood} stood for \
+             their lights"
+        );
         table.add_row(["clusters of lights visited".to_owned(), clusters]);
     }
     for light in &stats.lights {

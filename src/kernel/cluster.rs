@@ -155,6 +155,9 @@ struct Sight<L> {
     error: L,
     /// Bound of the integral; 0 below a horizon, infinite where the cluster reaches as far as the point.
     most: L,
+    /// Bound of what the plain cosine's local expansion about the middle of a tile is off by beyond that; infinite for a lobe, and where
+    /// the tile is as large as the cluster is far.
+    shift: L,
 }
 
 impl<L: Lanes> Sight<L> {
@@ -205,7 +208,7 @@ impl<L: Lanes> Sight<L> {
         let most = L::select(below, zero, L::select(apart, most, infinite));
         let expands = above & apart & view.front[0].is_positive() & !below;
         if !expands.any() {
-            return Self { error: infinite, most };
+            return Self { error: infinite, most, shift: infinite };
         }
         // Root means of |q|² and q_z², over |p|.
         let (squares, products) = (cluster.squares, cluster.products);
@@ -229,7 +232,16 @@ impl<L: Lanes> Sight<L> {
         let t2 = s * (s * 35.0 * per_gap_4 + 20.0) + 10.0;
         let t1 = s * t2 + 4.0;
         let error = unit * mean * (mean * together).min(z * mean * t2 + rise * t1);
-        Self { error: L::select(expands, error, infinite), most }
+        let mut shift = infinite;
+        if TILE && LOBE == PLAIN {
+            let size = length::<L>(view.open) * inv;
+            let gap = -size + 1.0;
+            let per_gap = like.splat(1.0) / gap;
+            let series = size * size * (per_gap * per_gap * per_gap);
+            let sum = unit * (mean * 30.0 + 6.0) + field.scale * bright * (inv * inv) * (mean * 12.0 + 3.0);
+            shift = L::select(gap.is_positive(), series * sum, infinite);
+        }
+        Self { error: L::select(expands, error, infinite), most, shift }
     }
 }
 
@@ -294,6 +306,8 @@ impl<L: Lanes> ClusterBudget<L> {
 pub(super) struct Fates<M> {
     /// The expansion stands for it.
     pub(super) whole: M,
+    /// The local expansion of the tile does.
+    pub(super) local: M,
     /// Its parts must be looked at.
     pub(super) refine: M,
 }
@@ -309,9 +323,15 @@ impl<M: Mask> Fates<M> {
         budget: &mut ClusterBudget<L>,
         asking: M,
     ) -> Self {
-        let Sight { error, most } = Sight::new::<TILE, LOBE>(field, cluster, view);
-        let accepted = budget.accept(L::select(most.above(error), error, most * LEFT_OUT), tolerance, asking);
-        Self { whole: accepted & most.above(error), refine: asking & !accepted }
+        let Sight { error, most, shift } = Sight::new::<TILE, LOBE>(field, cluster, view);
+        let expands = most.above(error);
+        let mut local = tolerance.mask(false);
+        if TILE && LOBE == PLAIN {
+            local = budget.accept(error + shift, tolerance, asking & expands);
+        }
+        let asking = asking & !local;
+        let accepted = budget.accept(L::select(expands, error, most * LEFT_OUT), tolerance, asking);
+        Self { whole: accepted & expands, local, refine: asking & !accepted }
     }
 }
 

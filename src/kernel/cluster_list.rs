@@ -3,6 +3,7 @@
 
 use super::cluster::{Cluster, ClusterBudget, Clusters, Fates, View};
 use super::lanes::{Lanes, Mask};
+use super::local::Local;
 use super::receiver::{LOBES, PLAIN, Receiver, SPECULAR};
 
 /// Most clusters that a tile of a GPU lists at a time; its points gather from these before it goes on.
@@ -34,12 +35,16 @@ pub struct TilesOfCluster<M> {
     pub open: [M; LOBES],
 }
 
-/// The walk over all clusters for the points of a tile in each lane. It stops at every cluster that is not nothing for all points of
-/// a tile, and goes on from there.
+/// The walk over all clusters for the points of a tile in each lane. It stops at every cluster that points of a tile must look at
+/// themselves, and goes on from there.
 #[derive(Clone, Copy, Debug)]
 pub struct TileWalk<L: Lanes = f32> {
     /// Clusters visited.
     pub visited: L::Index,
+    /// What clusters send to all points of a tile.
+    pub local: Local<L>,
+    /// How many those are.
+    pub locals: L::Index,
     /// The cluster where the walk is.
     at: u32,
     /// Where each lobe of each tile goes on.
@@ -51,7 +56,7 @@ impl<L: Lanes> TileWalk<L> {
     #[inline(always)]
     pub fn new(like: L) -> Self {
         let first = like.index(0);
-        Self { visited: first, at: 0, next: [first; LOBES] }
+        Self { visited: first, local: Local::new(like), locals: first, at: 0, next: [first; LOBES] }
     }
 
     /// Goes on to the next cluster that the points of some tile gather from, of the tiles in `lanes`.
@@ -85,6 +90,10 @@ impl<L: Lanes> TileWalk<L> {
                 visit::<PLAIN, L>(cluster, &view, tiles, tolerance, budget, asking[PLAIN]),
                 visit::<SPECULAR, L>(cluster, &view, tiles, tolerance, budget, asking[SPECULAR]),
             ];
+            if plain.local.any() {
+                self.local.add(cluster, view.y, plain.local);
+                self.locals = L::count(self.locals, plain.local);
+            }
             let child = tolerance.index(i + 1);
             self.next[PLAIN] = L::select_index(plain.refine, child, self.next[PLAIN]);
             self.next[SPECULAR] = L::select_index(lobe.refine, child, self.next[SPECULAR]);
@@ -106,6 +115,7 @@ impl<L: Lanes> TileWalk<L> {
 /// What becomes of a cluster for the tiles that ask.
 struct Decided<M> {
     whole: M,
+    local: M,
     /// It is a single light about which each point decides.
     open: M,
     /// Its parts are to be looked at.
@@ -123,9 +133,9 @@ fn visit<const LOBE: usize, L: Lanes>(
 ) -> Decided<L::Mask> {
     let none = tolerance.mask(false);
     if !asking.any() {
-        return Decided { whole: none, open: none, refine: none };
+        return Decided { whole: none, local: none, open: none, refine: none };
     }
     let fates = Fates::new::<true, LOBE, L>(&tiles.fields[LOBE], cluster, view, tolerance, budget, asking);
     let (open, refine) = if cluster.is_single() { (fates.refine, none) } else { (none, fates.refine) };
-    Decided { whole: fates.whole, open, refine }
+    Decided { whole: fates.whole, local: fates.local, open, refine }
 }

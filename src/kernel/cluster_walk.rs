@@ -4,7 +4,9 @@
 use super::cluster::{Cluster, ClusterBudget, Clusters, Fates, INDEX_MASK, View, expansion};
 use super::cluster_list::ListedCluster;
 use super::lanes::{Lanes, Mask};
-use super::receiver::{LOBES, PLAIN, Receiver, SPECULAR};
+use super::local::Local;
+use super::receiver::{LOBES, PLAIN, Receiver, SPECULAR, fixed};
+use glam::Vec3;
 
 /// What shading points have gathered from the clusters that their tile lists.
 #[derive(Clone, Copy, Debug)]
@@ -72,6 +74,23 @@ impl<L: Lanes> ClusterSums<L> {
             self.whole = L::count(self.whole, shines);
         }
         self.sums[LOBE] = [red, green, blue];
+    }
+
+    /// Adds what clusters send to all points of a tile by the plain cosine: their local expansion about `middle`.
+    #[inline(always)]
+    pub fn add_local(&mut self, points: &Receiver<L>, middle: Vec3, local: &Local, lanes: L::Mask) {
+        let shines = lanes & points.shines[PLAIN];
+        if !shines.any() {
+            return;
+        }
+        let [red, green, blue] = self.sums[PLAIN];
+        let away = points.position.middle - fixed(red, middle);
+        let [r, g, b] = local.at::<L>(points.fields[PLAIN].rows[2].middle, away);
+        self.sums[PLAIN] = [
+            L::select(shines, red + r, red),
+            L::select(shines, green + g, green),
+            L::select(shines, blue + b, blue),
+        ];
     }
 
     /// Decides about a listed light that the tile left open: adds what stands for it, or hands it to the points that must integrate it

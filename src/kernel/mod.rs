@@ -16,6 +16,7 @@ pub mod expansion;
 pub mod frame;
 pub mod horizon;
 pub mod lanes;
+pub mod local;
 pub mod map;
 pub mod mosaic;
 pub mod packet;

@@ -49,11 +49,12 @@ fn shading(backend: &dyn Backend, scene: &Scene, settings: &Settings) -> (f64, S
     let per = |n: u64| n as f64 / stats.shaded as f64;
     let handed: u64 = stats.lights.iter().map(|l| l.candidates - l.skipped()).sum();
     let what = format!(
-        "per point: integrals {:.2} nodes {:.1} handed {:.2}; by tile {:.2}, by point {:.2}, whole {:.2}",
+        "per point: integrals {:.2} nodes {:.1} handed {:.2}; by tile {:.2} ({:.2} local), by point {:.2}, whole {:.2}",
         per(stats.integrals),
         per(stats.nodes),
         per(handed),
         per(stats.clusters.by_tile),
+        per(stats.clusters.local),
         per(stats.clusters.by_point),
         per(stats.clusters.whole)
     );

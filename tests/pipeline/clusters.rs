@@ -17,6 +17,7 @@ use glyphlight::kernel::cluster::{Cluster, ClusterBudget, Clusters, FIRST_SHARE}
 use glyphlight::kernel::cluster_list::{ListedCluster, TileWalk};
 use glyphlight::kernel::cluster_walk::ClusterSums;
 use glyphlight::kernel::frame::ShadingFrame;
+use glyphlight::kernel::local::Local;
 use glyphlight::kernel::receiver::{LOBES, Receiver};
 use glyphlight::kernel::reflect::Reflectance;
 use glyphlight::kernel::surface::SurfacePoint;
@@ -54,19 +55,42 @@ struct Gathered {
     handed: Vec<(usize, u32)>,
 }
 
-/// What a point gathers from listed clusters.
-fn gather(
-    clusters: Clusters<'_>,
-    point: &Receiver,
-    listed: &[ListedCluster],
-    tolerance: f32,
-    budget: &mut ClusterBudget,
-) -> Gathered {
+/// What a tile lists, alone.
+struct Lister {
+    listed: Vec<ListedCluster>,
+    /// What clusters send to all of its points, and how many those are.
+    local: Local,
+    locals: u32,
+    /// Clusters visited.
+    visited: u32,
+    /// The middle of the tile.
+    middle: Vec3,
+    /// What is left to each point.
+    budget: ClusterBudget,
+}
+
+impl Lister {
+    fn new(clusters: Clusters<'_>, tile: &Receiver, tolerance: f32) -> Self {
+        let mut walk = TileWalk::new(0.0_f32);
+        let (mut listed, mut budget) = (Vec::new(), ClusterBudget::default());
+        while let Some(found) = walk.go_on(clusters, tile, tolerance, &mut budget, true) {
+            let bits = |lobes: [bool; LOBES]| u32::from(lobes[0]) | u32::from(lobes[1]) << 1;
+            listed.push(ListedCluster { cluster: found.cluster, whole: bits(found.whole), open: bits(found.open) });
+        }
+        let TileWalk { visited, local, locals, .. } = walk;
+        Self { listed, local, locals, visited, middle: tile.position.middle, budget }
+    }
+}
+
+/// What a point gathers from the clusters that its tile has listed.
+fn gather(clusters: Clusters<'_>, point: &Receiver, tile: &Lister, tolerance: f32) -> Gathered {
     let mut gathered = ClusterSums::new(0.0_f32);
-    gathered.add_whole(clusters, point, listed, true);
+    let mut budget = tile.budget;
+    gathered.add_whole(clusters, point, &tile.listed, true);
+    gathered.add_local(point, tile.middle, &tile.local, true);
     let mut handed = Vec::new();
-    for &listed in listed.iter().filter(|listed| listed.open != 0) {
-        if let Some(light) = gathered.decide(clusters, point, listed, tolerance, budget, true) {
+    for &listed in tile.listed.iter().filter(|listed| listed.open != 0) {
+        if let Some(light) = gathered.decide(clusters, point, listed, tolerance, &mut budget, true) {
             handed.push((light.emitter as usize, u32::from(light.points[0]) | u32::from(light.points[1]) << 1));
         }
     }
@@ -80,9 +104,8 @@ fn gather(
 
 /// What a point gathers from clusters that it has listed for itself, and how many it visited for that.
 fn gather_alone(clusters: Clusters<'_>, point: &Receiver, tolerance: f32) -> (Gathered, u32) {
-    let mut budget = ClusterBudget::default();
-    let (listed, visited) = list(clusters, point, tolerance, &mut budget);
-    (gather(clusters, point, &listed, tolerance, &mut budget), visited)
+    let tile = Lister::new(clusters, point, tolerance);
+    (gather(clusters, point, &tile, tolerance), tile.visited)
 }
 
 fn scene(lights: Vec<AreaLight>) -> Scene {
@@ -180,15 +203,8 @@ impl Point {
     }
 
     /// What the clusters answer where nothing is handed on; `None` where something is.
-    fn answer(
-        &self,
-        clusters: Clusters<'_>,
-        listed: &[ListedCluster],
-        tolerance: f32,
-        budget: ClusterBudget,
-    ) -> Option<DVec3> {
-        let receiver = self.receiver(clusters.per_metre);
-        let gathered = gather(clusters, &receiver, listed, tolerance, &mut { budget });
+    fn answer(&self, clusters: Clusters<'_>, tile: &Lister, tolerance: f32) -> Option<DVec3> {
+        let gathered = gather(clusters, &self.receiver(clusters.per_metre), tile, tolerance);
         gathered.handed.is_empty().then_some(gathered.radiance)
     }
 }
@@ -272,26 +288,10 @@ fn a_perturbed_moment_breaks_the_bound() {
     assert!(flux.0 > 5 && place.0 > 5);
 }
 
-/// What a tile lists, alone, and how many clusters it visits.
-fn list(
-    clusters: Clusters<'_>,
-    tile: &Receiver,
-    tolerance: f32,
-    budget: &mut ClusterBudget,
-) -> (Vec<ListedCluster>, u32) {
-    let mut walk = TileWalk::new(0.0_f32);
-    let mut listed = Vec::new();
-    while let Some(found) = walk.go_on(clusters, tile, tolerance, budget, true) {
-        let bits = |lobes: [bool; LOBES]| u32::from(lobes[0]) | u32::from(lobes[1]) << 1;
-        listed.push(ListedCluster { cluster: found.cluster, whole: bits(found.whole), open: bits(found.open) });
-    }
-    (listed, walk.visited)
-}
-
 #[test]
 fn every_point_of_a_tile_is_within_the_tolerance() {
     let mut rng = Rng(31);
-    let (mut answered, mut whole) = (0, 0);
+    let (mut answered, mut whole, mut locals) = (0, 0, 0);
     for case in 0..60 {
         let lights = cloud(&mut rng, 24, [10.0, 60.0, 180.0][case % 3], case % 5 == 0);
         let (ours, exact) = prepare(lights);
@@ -316,11 +316,11 @@ fn every_point_of_a_tile_is_within_the_tolerance() {
         points.iter().for_each(|p| p.add_to(&mut bounds));
         let tile = Receiver::of_tile(&bounds, true, tree.per_metre);
         for tolerance in [1e-2, 1e-3, 1e-4] {
-            let mut budget = ClusterBudget::default();
-            let (listed, _) = list(tree, &tile, tolerance, &mut budget);
-            whole += listed.iter().filter(|l| l.whole != 0).count();
+            let tile = Lister::new(tree, &tile, tolerance);
+            whole += tile.listed.iter().filter(|l| l.whole != 0).count();
+            locals += tile.locals;
             for point in &points {
-                let Some(answer) = point.answer(tree, &listed, tolerance, budget) else { continue };
+                let Some(answer) = point.answer(tree, &tile, tolerance) else { continue };
                 let truth = point.truth(&exact);
                 let error = (answer - truth).abs().max_element();
                 answered += 1;
@@ -331,8 +331,8 @@ fn every_point_of_a_tile_is_within_the_tolerance() {
             }
         }
     }
-    println!("{answered} points answered by clusters alone, {whole} whole clusters");
-    assert!(answered > 300 && whole > 200);
+    println!("{answered} points answered by clusters alone, {whole} whole clusters, {locals} local");
+    assert!(answered > 300 && whole > 200 && locals > 200);
 }
 
 /// Both sides of two-sided lights, some of them seen by points of one tile from either side, and lights with pictures.

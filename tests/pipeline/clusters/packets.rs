@@ -1,20 +1,19 @@
 //! Tiles and points that walk the clusters together get, lane by lane, the bits that each alone gets.
 
-use super::{Point, cloud, gather, list, prepare};
+use super::{Lister, Point, cloud, gather, prepare};
 use crate::cases::Rng;
 use glam::DVec3;
 use glyphlight::backend::cluster_packets::{Handed, Lists, WalkingPacket};
-use glyphlight::kernel::cluster::ClusterBudget;
 use glyphlight::kernel::packet::{MAX_LANES, Processor};
 use glyphlight::kernel::receiver::Receiver;
 use glyphlight::kernel::tile::TileBounds;
 
 /// Walks random points of a tile, and tiles, in lanes and one by one; returns how many lanes differ, and how many clusters were
-/// listed and lights handed on. What is in the lanes is shifted.
-fn disagreements(processor: Processor, shift: f64) -> (usize, [usize; 2]) {
+/// listed, lights handed on and clusters answered for by the tile. What is in the lanes is shifted.
+fn disagreements(processor: Processor, shift: f64) -> (usize, [usize; 3]) {
     let lanes = processor.lanes();
     let mut rng = Rng(5);
-    let (mut wrong, mut seen) = (0, [0; 2]);
+    let (mut wrong, mut seen) = (0, [0; 3]);
     for case in 0..60 {
         let (ours, _) = prepare(cloud(&mut rng, 24, [10.0, 60.0, 180.0][case % 3], case % 4 == 0));
         let tree = ours.clustered.tree.view();
@@ -38,20 +37,20 @@ fn disagreements(processor: Processor, shift: f64) -> (usize, [usize; 2]) {
         let tiles: Vec<Receiver> = points.iter().map(|p| bounds(&moved(p))).collect();
         let lists = Lists::new(processor, tree, &tiles, &[tolerance; MAX_LANES]);
         for (lane, point) in points.iter().enumerate() {
-            let mut budget = ClusterBudget::default();
-            let (alone, visited) = list(tree, &bounds(point), tolerance, &mut budget);
+            let alone = Lister::new(tree, &bounds(point), tolerance);
             let together: Vec<_> = lists.of_tile(lane).collect();
-            let left = lists.budget(lane);
-            wrong += usize::from(alone != together || budget != left || visited != lists.visited(lane));
-            seen[0] += alone.len();
+            let same = alone.listed == together && (alone.local, alone.locals) == lists.local(lane);
+            wrong +=
+                usize::from(!same || alone.budget != lists.budget(lane) || alone.visited != lists.visited(lane));
+            seen[0] += alone.listed.len();
+            seen[2] += alone.locals as usize;
         }
-        let listed: Vec<_> = lists.of_tile(0).collect();
+        let tile = Lister::new(tree, &tiles[0], tolerance);
         let mut packet = WalkingPacket::default();
         points.iter().for_each(|p| packet.push(&moved(p).receiver(tree.per_metre)));
-        packet.walk(processor, tree, &listed, tolerance, ClusterBudget::default());
+        packet.walk(processor, tree, &tile.listed, Some((tile.middle, &tile.local)), tolerance, tile.budget);
         for (lane, point) in points.iter().enumerate() {
-            let mut budget = ClusterBudget::default();
-            let alone = gather(tree, &point.receiver(tree.per_metre), &listed, tolerance, &mut budget);
+            let alone = gather(tree, &point.receiver(tree.per_metre), &tile, tolerance);
             let is = |bits: u32| bits >> lane & 1;
             let of = |h: &Handed| (h.emitter, is(h.points[0]) | is(h.points[1]) << 1);
             let mine: Vec<_> = packet.handed().iter().map(of).filter(|h| h.1 != 0).collect();
@@ -67,9 +66,9 @@ fn disagreements(processor: Processor, shift: f64) -> (usize, [usize; 2]) {
 fn every_lane_has_the_bits_of_the_point_alone_on_all_processors() {
     for processor in Processor::all() {
         let (wrong, seen) = disagreements(processor, 0.0);
-        println!("{processor}: {wrong} differ; {} clusters listed, {} lights handed on", seen[0], seen[1]);
+        println!("{processor}: {wrong} differ; {seen:?}");
         assert_eq!(wrong, 0, "{processor}");
-        assert!(seen[0] > 60 * processor.lanes() && seen[1] > 6 * processor.lanes(), "{processor}: {seen:?}");
+        assert!(seen[0] > 60 * processor.lanes() && seen[1] > 6 * processor.lanes() && seen[2] > 30 * processor.lanes(), "{processor}: {seen:?}");
     }
 }
 
