@@ -111,35 +111,26 @@ fn clear_listing(local: u32) {
 
 // The lobes for which a cluster is whole, open, or in parts.
 fn ask_cluster(i: u32, asking: u32, tile: Receiver, tolerance: f32, spent: f32, sum: ptr<function, Local>) -> vec3u {
-    var lobes = vec3u();
     let view = cluster_view(i, tile.position, true);
     if cluster_is_away(i, view, true) {
-        return lobes;
+        return vec3u();
     }
-    let single = (clusters[i].link & SINGLE) != 0u;
     var budget = ClusterBudget(spent);
-    for (var k = 0u; k < 2u; k++) {
-        if ((asking >> k) & 1u) == 0u {
-            continue;
-        }
-        var fate = CLUSTER_NOTHING;
-        if DIFFUSE && k == PLAIN {
-            fate = cluster_fate(tile.plain, i, view, PLAIN, true, tolerance, &budget);
-        }
-        if SPECULAR && k == SPECULAR_LOBE {
-            fate = cluster_fate(tile.lobe, i, view, SPECULAR_LOBE, true, tolerance, &budget);
-        }
-        if DIFFUSE && fate == CLUSTER_LOCAL {
+    // Not a loop: what a compiler does not unroll does both lobes' work for each.
+    var fates = vec2u();
+    if DIFFUSE && (asking & 1u) != 0u {
+        fates.x = cluster_fate(tile.plain, i, view, PLAIN, true, tolerance, &budget);
+        if fates.x == CLUSTER_LOCAL {
             add_local(sum, i, view.y);
             atomicAdd(&tile_locals, 1u);
-        } else if fate == CLUSTER_WHOLE {
-            lobes.x |= 1u << k;
-        } else if fate == CLUSTER_REFINE && single {
-            lobes.y |= 1u << k;
-        } else if fate == CLUSTER_REFINE {
-            lobes.z |= 1u << k;
         }
     }
+    if SPECULAR && (asking & 2u) != 0u {
+        fates.y = cluster_fate(tile.lobe, i, view, SPECULAR_LOBE, true, tolerance, &budget);
+    }
     atomicAdd(&tile_spent, u32(ceil((budget.spent - spent) * TO_SPEND)));
-    return lobes;
+    let single = (clusters[i].link & SINGLE) != 0u;
+    let parts = dot(vec2u(fates == vec2u(CLUSTER_REFINE)), vec2u(1u, 2u));
+    let whole = dot(vec2u(fates == vec2u(CLUSTER_WHOLE)), vec2u(1u, 2u));
+    return vec3u(whole, select(0u, parts, single), select(parts, 0u, single));
 }
