@@ -152,8 +152,8 @@ fn cluster_sight(f: Field, i: u32, view: ClusterView, lobe: u32, of_tile: bool) 
     return Sight(unit * mean * min(mean * together, z * mean * t2 + rise * t1), most, shift);
 }
 
-// The first-order expansion at a single point: reflected radiance.
-fn cluster_expansion(f: Field, i: u32, y: vec3f, lobe: u32) -> vec3f {
+// The first-order expansion at a single point, of a cluster with those moments: reflected radiance.
+fn cluster_expansion(f: Field, red: mat4x4f, green: mat4x4f, blue: mat4x4f, y: vec3f, lobe: u32) -> vec3f {
     let a = f.rows[0].middle;
     let b = f.rows[1].middle;
     let c = f.rows[2].middle;
@@ -174,11 +174,7 @@ fn cluster_expansion(f: Field, i: u32, y: vec3f, lobe: u32) -> vec3f {
     // h and its gradient in the world.
     let kernel = vec4f((c - back * (4.0 * height)) * inv, height);
     let place = vec4f(y, 1.0);
-    let sums = -vec3f(
-        dot(clusters[i].moments[0] * place, kernel),
-        dot(clusters[i].moments[1] * place, kernel),
-        dot(clusters[i].moments[2] * place, kernel),
-    );
+    let sums = -vec3f(dot(red * place, kernel), dot(green * place, kernel), dot(blue * place, kernel));
     return max(sums, vec3f()) * f.weight * (f.scale * inv * inv2);
 }
 
@@ -187,10 +183,10 @@ struct ClusterBudget {
     spent: f32,
 }
 
-// Whether a bound is small enough; if so it is spent.
-fn cluster_accept(budget: ptr<function, ClusterBudget>, bound: f32, tolerance: f32) -> bool {
+// Whether a bound is small enough; if so it is spent. The first may be `share` tolerances.
+fn cluster_accept(budget: ptr<function, ClusterBudget>, bound: f32, tolerance: f32, share: f32) -> bool {
     let left = CLUSTER_SLACK / ((*budget).spent + CLUSTER_SLACK);
-    let accepted = bound <= tolerance * (left * left * FIRST_SHARE);
+    let accepted = bound <= tolerance * (left * left * share);
     if accepted {
         (*budget).spent += bound / tolerance;
     }
@@ -215,10 +211,10 @@ fn cluster_fate(
 ) -> u32 {
     let sight = cluster_sight(f, i, view, lobe, of_tile);
     let expands = sight.error < sight.most;
-    if of_tile && lobe == PLAIN && expands && cluster_accept(budget, sight.error + sight.shift, tolerance) {
+    if of_tile && lobe == PLAIN && expands && cluster_accept(budget, sight.error + sight.shift, tolerance, LOCAL_SHARE) {
         return CLUSTER_LOCAL;
     }
-    if !cluster_accept(budget, select(sight.most * LEFT_OUT, sight.error, expands), tolerance) {
+    if !cluster_accept(budget, select(sight.most * LEFT_OUT, sight.error, expands), tolerance, FIRST_SHARE) {
         return CLUSTER_REFINE;
     }
     return select(CLUSTER_NOTHING, CLUSTER_WHOLE, expands);

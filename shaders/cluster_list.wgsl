@@ -24,6 +24,7 @@ var<workgroup> cluster_list: array<u32, MOST_LISTED>;
 var<workgroup> clusters_waiting: array<u32, MOST_WAITING>;
 var<workgroup> listing: Listing;
 // The invocations whose cluster is whole, open, or in parts: a bit for each, of this step and of the next.
+const LIST_MARKS: u32 = 6u;
 var<workgroup> marks: array<atomic<u32>, 12>;
 // Sum of the accepted bounds, in TO_SPEND-th parts of the tolerance: a sum of whole numbers does not hang by their order.
 var<workgroup> tile_spent: atomic<u32>;
@@ -34,11 +35,45 @@ const TO_SPEND: f32 = 65536.0;
 const LIST_INDEX: u32 = 2u;
 const LIST_LOBES: u32 = 3u;
 
-// Begins at the root.
+// How many invocations are marked, and how many of those come before one.
+struct Ranks {
+    count: u32,
+    before: u32,
+}
+
+fn ranks_of(first: u32, local: u32) -> Ranks {
+    let low = atomicLoad(&marks[first]);
+    let high = atomicLoad(&marks[first + 1u]);
+    let earlier = (1u << (local % 32u)) - 1u;
+    let before = select(countOneBits(low & earlier), countOneBits(low) + countOneBits(high & earlier), local >= 32u);
+    return Ranks(countOneBits(low) + countOneBits(high), before);
+}
+
+fn mark(first: u32, local: u32) {
+    atomicOr(&marks[first + local / 32u], 1u << (local % 32u));
+}
+
+// Begins some levels below the root, with a cluster for each invocation: what is above is seldom far enough from a tile, and most of
+// them would be idle there.
 fn begin_listing(local: u32, tile: Receiver) {
+    var cluster = 0u;
+    // The way down: the second child where a bit is set.
+    var way = local;
+    for (var level = 1u; level < TILE && (clusters[cluster].link & SINGLE) == 0u; level *= 2u) {
+        cluster = select(cluster + 1u, cluster_end(cluster + 1u), (way & 1u) != 0u);
+        way /= 2u;
+    }
+    // Of those whose ways end at the same cluster, the first.
+    if way == 0u {
+        mark(LIST_MARKS, local);
+    }
+    workgroupBarrier();
+    let ranks = ranks_of(LIST_MARKS, local);
+    if way == 0u {
+        clusters_waiting[ranks.before] = cluster << LIST_INDEX | u32(tile.shines.x) | u32(tile.shines.y) << 1u;
+    }
     if local == 0u {
-        clusters_waiting[0] = u32(tile.shines.x) | u32(tile.shines.y) << 1u;
-        listing = Listing(u32(any(tile.shines)), 0u, 0u, 0u, 0.0, 0u);
+        listing = Listing(select(0u, ranks.count, any(tile.shines)), 0u, 0u, 0u, 0.0, 0u);
     }
 }
 
@@ -62,18 +97,16 @@ fn list_clusters(local: u32, tile: Receiver, tolerance: f32, sum: ptr<function, 
         }
         for (var k = 0u; k < 3u; k++) {
             if lobes[k] != 0u {
-                atomicOr(&marks[now + 2u * k + local / 32u], 1u << (local % 32u));
+                mark(now + 2u * k, local);
             }
         }
         workgroupBarrier();
         var counts = vec3u();
         var ranks = vec3u();
         for (var k = 0u; k < 3u; k++) {
-            let low = atomicLoad(&marks[now + 2u * k]);
-            let high = atomicLoad(&marks[now + 2u * k + 1u]);
-            counts[k] = countOneBits(low) + countOneBits(high);
-            let below = (1u << (local % 32u)) - 1u;
-            ranks[k] = select(countOneBits(low & below), countOneBits(low) + countOneBits(high & below), local >= 32u);
+            let found = ranks_of(now + 2u * k, local);
+            counts[k] = found.count;
+            ranks[k] = found.before;
         }
         if lobes.x != 0u {
             cluster_list[before.whole + ranks.x] = cluster << LIST_INDEX | lobes.x;
@@ -86,8 +119,8 @@ fn list_clusters(local: u32, tile: Receiver, tolerance: f32, sum: ptr<function, 
             clusters_waiting[at] = (cluster + 1u) << LIST_INDEX | lobes.z;
             clusters_waiting[at + 1u] = cluster_end(cluster + 1u) << LIST_INDEX | lobes.z;
         }
-        now = 6u - now;
-        if local < 6u {
+        now = LIST_MARKS - now;
+        if local < LIST_MARKS {
             atomicStore(&marks[now + local], 0u);
         }
         if local == 0u {

@@ -64,11 +64,9 @@ fn light_pixels(
         var found = Listing();
         for (var waiting = true; waiting;) {
             found = list_clusters(local, receiver, cluster_tolerance, &local_sum);
-            if there {
-                var spent = ClusterBudget(found.spent + own);
-                add_clusters(found, position, shading, weights, row, cluster_tolerance, tolerance, &spent, &budget, &sums);
-                own = spent.spent - found.spent;
-            }
+            var spent = ClusterBudget(found.spent + own);
+            add_clusters(local, there, found, position, shading, weights, row, cluster_tolerance, tolerance, &spent, &budget, &sums);
+            own = spent.spent - found.spent;
             clear_listing(local);
             waiting = found.waiting > 0u;
         }

@@ -24,7 +24,7 @@ const SLOT_COUNTS: u32 = 37u;
 // Less than any value.
 const NOTHING: f32 = -3e38;
 
-var<workgroup> tile_values: array<f32, 2560>;
+var<workgroup> tile_values: array<vec4f, 640>;
 var<workgroup> tile_summary: array<f32, 40>;
 var<workgroup> tile_buckets: array<atomic<u32>, 24>;
 
@@ -40,10 +40,20 @@ const FATE_BELOW_HORIZON: u32 = 2u;
 const FATE_UNDER_TOLERANCE: u32 = 3u;
 const FATE_NO_LOBE: u32 = 4u;
 
+fn put_value(local: u32, slot: u32, value: f32) {
+    let at = slot * TILE + local;
+    tile_values[at / 4u][at % 4u] = value;
+}
+
+fn value_of(local: u32, slot: u32) -> f32 {
+    let at = slot * TILE + local;
+    return tile_values[at / 4u][at % 4u];
+}
+
 fn put(local: u32, slot: u32, value: vec3f) {
-    tile_values[slot * TILE + local] = value.x;
-    tile_values[(slot + 1u) * TILE + local] = value.y;
-    tile_values[(slot + 2u) * TILE + local] = value.z;
+    put_value(local, slot, value.x);
+    put_value(local, slot + 1u, value.y);
+    put_value(local, slot + 2u, value.z);
 }
 
 fn put_extent(local: u32, slot: u32, there: bool, value: vec3f) {
@@ -65,7 +75,7 @@ fn add_to_tile(local: u32, there: bool, position: vec3f, shading: ShadingFrame, 
         put_extent(local, SLOT_ROWS, shines, shading.x * m.xx + shading.z * m.xz);
         put_extent(local, SLOT_ROWS + 6u, shines, shading.y * m.yy);
         put_extent(local, SLOT_ROWS + 12u, shines, shading.x * m.zx + shading.z * m.zz);
-        tile_values[SLOT_DETERMINANT * TILE + local] = select(0.0, lobe_determinant(m), shines);
+        put_value(local, SLOT_DETERMINANT, select(0.0, lobe_determinant(m), shines));
     }
     put(local, SLOT_COUNTS, vec3f(f32(there), f32(max_element(diffuse) > 0.0), f32(shines)));
 }
@@ -74,9 +84,9 @@ fn add_to_tile(local: u32, there: bool, position: vec3f, shading: ShadingFrame, 
 fn sum_up_tile(local: u32) {
     workgroupBarrier();
     if local < TILE_SLOTS {
-        var value = tile_values[local * TILE];
+        var value = value_of(0u, local);
         for (var i = 1u; i < TILE; i++) {
-            let other = tile_values[local * TILE + i];
+            let other = value_of(i, local);
             value = select(max(value, other), value + other, local >= SLOT_COUNTS);
         }
         tile_summary[local] = value;

@@ -70,7 +70,7 @@ fn sum_up_local(local: u32, sum: Local) {
     if local < 3u * LOCAL_TERMS {
         var value = 0.0;
         for (var i = 0u; i < TILE; i++) {
-            value += tile_values[local * TILE + i];
+            value += value_of(i, local);
         }
         tile_summary[local] = value;
     }

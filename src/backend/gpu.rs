@@ -17,7 +17,8 @@ use super::features::Features;
 use super::prepared::Prepared;
 use super::stage::{Kept, Ready, Reuse, Stage};
 use super::{
-    Backend, BackendError, ClusterStats, Counters, LightStats, Rendering, Session, Settings, Shaded, Stats, Stopwatch, TreeMemory,
+    Backend, BackendError, ClusterStats, Counters, LightStats, Rendering, Session, Settings, Shaded, Stats, Stopwatch,
+    TreeMemory,
 };
 use crate::light::AreaLight;
 use crate::scene::{Motion, Scene};

@@ -20,7 +20,7 @@ pub struct Skips {
     pub below_horizon: bool,
     /// Lights that together light a tile by less than a quarter of the tolerance.
     pub under_tolerance: bool,
-    /// Lights of a cluster one by one, where its moments do. Several on a tile share one walk over the clusters.
+    /// Lights of a cluster one by one, where its moments do. The points of a tile share one walk over the clusters.
     pub clusters: bool,
     /// What does not change from one frame of a sequence to the next.
     pub reuse: bool,

@@ -23,7 +23,9 @@
 //! A cluster behind which the point lies, or that is below a horizon, adds nothing; one whose whole integral is below the
 //! error that is still allowed is left out; any other is refined, down to single lights. All of this is decided for the
 //! shading points of a tile at once ([`super::cluster_list`]): positions, normals and rows of M⁻¹ are known by boxes that hold
-//! those of all points. What holds for some points only is decided by each ([`super::cluster_walk`]).
+//! those of all points. What single lights about which a tile can't decide send, is decided by each point
+//! ([`super::cluster_walk`]). The plain cosine is smoother than lobes: over a tile its integral over what is far is linear
+//! ([`super::local`]).
 
 use super::lanes::{Lanes, Mask, Vector};
 use super::receiver::{Field, Loose, PLAIN, dot_fixed, fixed, length, magnitudes};
@@ -262,7 +264,7 @@ fn open<L: Lanes>(v: &Loose<L>, open: L::Vec3, far: L::Vec3) -> L {
 /// are integrated.
 ///
 /// A bound is some twenty times the error it bounds, and errors of many clusters partly cancel. So no cluster may spend more than
-/// [`FIRST_SHARE`], and the more has been spent the less the next may.
+/// [`FIRST_SHARE`] or [`LOCAL_SHARE`], and the more has been spent the less the next may.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClusterBudget<L: Lanes = f32> {
     /// Sum of the accepted bounds, in tolerances.
@@ -270,11 +272,14 @@ pub struct ClusterBudget<L: Lanes = f32> {
 }
 
 /// The largest bound that the first cluster may have, in tolerances.
-pub const FIRST_SHARE: f32 = 0.25;
+pub const FIRST_SHARE: f32 = 1.0;
+/// The same where a tile's local expansion stands for it, whose bound is more than that above its error.
+pub const LOCAL_SHARE: f32 = 2.0;
 /// Bounds that may add up, in tolerances, before the next cluster's share is a quarter of the first's.
 pub const CLUSTER_SLACK: f32 = 64.0;
-/// The part of the tolerance that is for clusters, where there are any; the rest is for the lights that are integrated.
-pub const CLUSTER_PART: f32 = 0.6;
+/// The part of the tolerance that is for clusters, where there are any; the rest is for the lights that are integrated. What clusters
+/// are off by is about that; what integrals are, far less than their part, for their bounds are added up.
+pub const CLUSTER_PART: f32 = 0.3;
 /// What the bound of a cluster that is left out weighs: it is a few times the error only, and all such errors have one sign.
 pub const LEFT_OUT: f32 = 4.0;
 
@@ -291,11 +296,11 @@ impl<L: Lanes> ClusterBudget<L> {
         Self { spent: like.splat(0.0) }
     }
 
-    /// Where a bound is small enough, of the lanes that ask; there it is spent.
+    /// Where a bound is small enough, of the lanes that ask; there it is spent. The first may be `share` tolerances.
     #[inline(always)]
-    fn accept(&mut self, bound: L, tolerance: L, asking: L::Mask) -> L::Mask {
+    fn accept(&mut self, bound: L, tolerance: L, share: f32, asking: L::Mask) -> L::Mask {
         let left = bound.splat(CLUSTER_SLACK) / (self.spent + CLUSTER_SLACK);
-        let accepted = asking & bound.at_most(tolerance * (left * left * FIRST_SHARE));
+        let accepted = asking & bound.at_most(tolerance * (left * left * share));
         self.spent = L::select(accepted, self.spent + bound / tolerance, self.spent);
         accepted
     }
@@ -327,10 +332,11 @@ impl<M: Mask> Fates<M> {
         let expands = most.above(error);
         let mut local = tolerance.mask(false);
         if TILE && LOBE == PLAIN {
-            local = budget.accept(error + shift, tolerance, asking & expands);
+            local = budget.accept(error + shift, tolerance, LOCAL_SHARE, asking & expands);
         }
         let asking = asking & !local;
-        let accepted = budget.accept(L::select(expands, error, most * LEFT_OUT), tolerance, asking);
+        let bound = L::select(expands, error, most * LEFT_OUT);
+        let accepted = budget.accept(bound, tolerance, FIRST_SHARE, asking);
         Self { whole: accepted & expands, local, refine: asking & !accepted }
     }
 }

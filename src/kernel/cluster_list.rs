@@ -10,7 +10,7 @@ use super::receiver::{LOBES, PLAIN, Receiver, SPECULAR};
 pub const MOST_LISTED: usize = 320;
 /// Clusters that may wait for a tile of a GPU to decide about them.
 pub const MOST_WAITING: usize = 352;
-/// Deepest that a tree of clusters may be: as many may wait where they are decided about one by one.
+/// No tree of clusters is as deep: as many may wait where they are decided about one by one.
 pub const DEEPEST: usize = 112;
 
 /// A cluster that shading points of a tile gather from.

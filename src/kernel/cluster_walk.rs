@@ -86,11 +86,8 @@ impl<L: Lanes> ClusterSums<L> {
         let [red, green, blue] = self.sums[PLAIN];
         let away = points.position.middle - fixed(red, middle);
         let [r, g, b] = local.at::<L>(points.fields[PLAIN].rows[2].middle, away);
-        self.sums[PLAIN] = [
-            L::select(shines, red + r, red),
-            L::select(shines, green + g, green),
-            L::select(shines, blue + b, blue),
-        ];
+        self.sums[PLAIN] =
+            [L::select(shines, red + r, red), L::select(shines, green + g, green), L::select(shines, blue + b, blue)];
     }
 
     /// Decides about a listed light that the tile left open: adds what stands for it, or hands it to the points that must integrate it
@@ -117,9 +114,7 @@ impl<L: Lanes> ClusterSums<L> {
             self.visit::<PLAIN>(cluster, &view, points, tolerance, budget, open[PLAIN] & facing),
             self.visit::<SPECULAR>(cluster, &view, points, tolerance, budget, open[SPECULAR] & facing),
         ];
-        (points[PLAIN] | points[SPECULAR])
-            .any()
-            .then_some(HandedLight { emitter: cluster.link & INDEX_MASK, points })
+        (points[PLAIN] | points[SPECULAR]).any().then_some(HandedLight { emitter: cluster.link & INDEX_MASK, points })
     }
 
     /// Adds what stands for a light at points that ask, and tells which of them must integrate it.

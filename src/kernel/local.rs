@@ -94,7 +94,8 @@ impl Local {
 
 #[inline(always)]
 fn channel_at<L: Lanes>(terms: &[f32; TERMS], normal: L::Vec3, away: L::Vec3) -> L {
-    let row = |i: usize| dot_fixed::<L>(away, Vec3::new(terms[3 + 3 * i], terms[4 + 3 * i], terms[5 + 3 * i])) + terms[i];
+    let row =
+        |i: usize| dot_fixed::<L>(away, Vec3::new(terms[3 + 3 * i], terms[4 + 3 * i], terms[5 + 3 * i])) + terms[i];
     let sum = normal.x() * row(0) + normal.y() * row(1) + normal.z() * row(2);
     sum.max(sum.splat(0.0))
 }

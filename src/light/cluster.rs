@@ -6,7 +6,8 @@ use glam::{DMat3, DMat4, DVec3};
 
 /// Most lights that are sorted along every key to find where to split.
 const SORTED: usize = 1 << 12;
-/// Least part of the lights on either side of a split, so that depth stays logarithmic.
+/// Least part of the lights on either side of a split, so that depth stays logarithmic: of 2³⁰ lights below
+/// [`crate::kernel::cluster_list::DEEPEST`].
 const LEAST_SHARE: usize = 8;
 /// What opposite normals weigh in the cost of a cluster: as a cluster of seven times the area.
 const TURNED: f64 = 6.0;
@@ -210,5 +211,42 @@ impl Extent {
     fn cost(&self) -> f64 {
         let apart = if self.flux > 0.0 { 1.0 - self.normals.length() / self.flux } else { 0.0 };
         self.flux * (self.high - self.low).length_squared() * (1.0 + TURNED * apart)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::cluster_list::DEEPEST;
+
+    /// Levels below a cluster, by the tree's links.
+    fn depth(clusters: &[Cluster], at: usize) -> usize {
+        if clusters[at].is_single() {
+            return 0;
+        }
+        let left = at + 1;
+        let right = if clusters[left].is_single() { left + 1 } else { clusters[left].link as usize };
+        1 + depth(clusters, left).max(depth(clusters, right))
+    }
+
+    /// Each light a thousand times as far as the last, and as strong: splits are as uneven as they can be.
+    #[test]
+    fn no_tree_is_too_deep() {
+        for (count, ratio) in [(100, 1e3_f64), (5000, 1.01), (20_000, 1.001)] {
+            let member = |i: usize| Member {
+                emitter: i,
+                is_half: false,
+                center: DVec3::X * ratio.powi(i.min(100 + 20 * (i / 100)) as i32).min(1e30),
+                half: DVec3::splat(1e-3),
+                normal: DVec3::Z,
+                flux: DVec3::splat(ratio.powi((i % 90) as i32).min(1e30)),
+                zeroth: DVec3::ONE,
+                first: [DVec3::ZERO; 3],
+                spread: DMat3::ZERO,
+            };
+            let tree = ClusterTree::new((0..count).map(member).collect());
+            let depth = depth(&tree.clusters, 0);
+            assert!(depth < DEEPEST && depth >= count.ilog2() as usize, "{count} lights, {depth} levels");
+        }
     }
 }

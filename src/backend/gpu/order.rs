@@ -25,11 +25,8 @@ impl Ordered {
         order.iter().zip(0..).for_each(|(&emitter, place)| places[emitter] = place);
         let placed = |cluster: &Cluster| {
             let emitter = cluster.link & INDEX_MASK;
-            let link = if cluster.is_single() {
-                cluster.link & !INDEX_MASK | places[emitter as usize]
-            } else {
-                cluster.link
-            };
+            let link =
+                if cluster.is_single() { cluster.link & !INDEX_MASK | places[emitter as usize] } else { cluster.link };
             Cluster { link, ..*cluster }
         };
         Self {

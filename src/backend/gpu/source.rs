@@ -4,7 +4,9 @@ use super::layout::{BOX_COUNT_BITS, NO_PICTURE};
 use crate::backend::features::TOPPED;
 use crate::backend::near::NARROW;
 use crate::brdf::ltc::{ALPHA_MIN, Table};
-use crate::kernel::cluster::{CLUSTER_PART, CLUSTER_SLACK, FIRST_SHARE, HALF, INDEX_MASK, LEFT_OUT, ROUNDING, SINGLE};
+use crate::kernel::cluster::{
+    CLUSTER_PART, CLUSTER_SLACK, FIRST_SHARE, HALF, INDEX_MASK, LEFT_OUT, LOCAL_SHARE, ROUNDING, SINGLE,
+};
 use crate::kernel::cluster_list::{DEEPEST as CLUSTERS_DEEPEST, MOST_LISTED, MOST_WAITING};
 use crate::kernel::curve::NEAREST_IMAGE;
 use crate::kernel::expansion::{ACROSS, LEAST, LEVEL};
@@ -80,7 +82,7 @@ pub fn light(name: &str) -> Source {
         &[
             LIGHTS,
             technique(name),
-            files!("surface" "reflect" "nearest" "tile" "skips" "receiver" "cluster" "cluster_list" "cluster_walk" "light_list"),
+            files!("surface" "reflect" "nearest" "tile" "skips" "receiver" "cluster" "local" "cluster_list" "cluster_walk" "light_list"),
             if has_tops(name) { files!("top") } else { files!("no_top") },
             files!("light"),
         ],
@@ -147,6 +149,7 @@ fn constants() -> String {
         ("SLACK", SLACK),
         ("SKIP_SHARE", SKIP_SHARE),
         ("FIRST_SHARE", FIRST_SHARE),
+        ("LOCAL_SHARE", LOCAL_SHARE),
         ("CLUSTER_SLACK", CLUSTER_SLACK),
         ("CLUSTER_PART", CLUSTER_PART),
         ("LEFT_OUT", LEFT_OUT),

@@ -40,8 +40,7 @@ fn disagreements(processor: Processor, shift: f64) -> (usize, [usize; 3]) {
             let alone = Lister::new(tree, &bounds(point), tolerance);
             let together: Vec<_> = lists.of_tile(lane).collect();
             let same = alone.listed == together && (alone.local, alone.locals) == lists.local(lane);
-            wrong +=
-                usize::from(!same || alone.budget != lists.budget(lane) || alone.visited != lists.visited(lane));
+            wrong += usize::from(!same || alone.budget != lists.budget(lane) || alone.visited != lists.visited(lane));
             seen[0] += alone.listed.len();
             seen[2] += alone.locals as usize;
         }
@@ -68,7 +67,10 @@ fn every_lane_has_the_bits_of_the_point_alone_on_all_processors() {
         let (wrong, seen) = disagreements(processor, 0.0);
         println!("{processor}: {wrong} differ; {seen:?}");
         assert_eq!(wrong, 0, "{processor}");
-        assert!(seen[0] > 60 * processor.lanes() && seen[1] > 6 * processor.lanes() && seen[2] > 30 * processor.lanes(), "{processor}: {seen:?}");
+        assert!(
+            seen[0] > 60 * processor.lanes() && seen[1] > 6 * processor.lanes() && seen[2] > 30 * processor.lanes(),
+            "{processor}: {seen:?}"
+        );
     }
 }
 
