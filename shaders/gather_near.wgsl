@@ -24,6 +24,17 @@ fn gather(
     if clip.below {
         return skipped_for(SKIP_BELOW_HORIZON);
     }
+    if WINDOWS {
+        window = frame.cells;
+        if has_mosaic(emitter) {
+            // What is accepted of a mosaic hangs by all that was before it: it is walked as a whole.
+            window = ALL_CELLS;
+            let begin = cell_of(emitter.first, 0u, 0u);
+            if begin < frame.cells.x || begin >= frame.cells.y {
+                return skipped_for(SKIP_NONE);
+            }
+        }
+    }
     if close {
         return near_emission(emitter, images, lobe, near, near_clip(near, clip, lobe), tolerance, budget);
     }

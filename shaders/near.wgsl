@@ -377,7 +377,7 @@ fn near_tree_integral(
     var level = 0u;
     var index = 0u;
     var a: Wide2;
-    while i < emitter.end {
+    while !is_past(i, emitter.end, level, index) {
         visited += 1u;
         let piece = level > 0u;
         var link = CUBIC;
@@ -418,15 +418,17 @@ fn near_tree_integral(
             area_4 = node_area_4(nodes[i].areas);
         }
         let kind = link & ~LINK_MASK;
+        let part = node_in_window(emitter, i, link, level, index);
         let place = near_box_place(clip, center, half);
         let e = expansion_about(map, center, half);
         var accept = false;
-        if kind != SEGMENT && place < PLACE_BELOW {
+        if kind != SEGMENT && place < PLACE_BELOW && part == WINDOW_HAS {
             // Of pieces the zeroth order about the centroid of a sliver, whose integral of rho^2 |dA| is no more than half its area.
             let bound = region_bound(e, place, abs(area), select(area_4, 0.5 * abs(area), piece), select(4u, 2u, piece));
             accept = budget_accept(budget, bound.numerator, bound.denominator, tolerance);
         }
-        if !accept && kind != SEGMENT && place < PLACE_BELOW && level < DEEPEST {
+        let refine = !accept && kind != SEGMENT && place < PLACE_BELOW && level < DEEPEST && part == WINDOW_HAS;
+        if refine || part == WINDOW_CUTS {
             if piece {
                 level += 1u;
                 index *= 2u;
@@ -454,7 +456,7 @@ fn near_tree_integral(
                 region += region_integral(map, e, half, i);
             }
         }
-        if kind != CLUSTER {
+        if kind != CLUSTER && part == WINDOW_HAS {
             contour += near_edge_above(near, clip, place, a, b);
         }
         if piece {

@@ -11,6 +11,7 @@ pub mod layout;
 mod pipelines;
 pub mod source;
 mod tiles;
+mod window;
 
 use super::features::Features;
 use super::prepared::Prepared;
@@ -30,7 +31,8 @@ use pipelines::{Layouts, Pipelines};
 use source::SKIP_ROWS;
 use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock};
-use tiles::{Painter, Tile};
+use tiles::{Painter, Tile, Work};
+use window::Windows;
 
 /// Counters of each light: behind, below the horizon, without such a lobe, under the tolerance; of the first two those decided
 /// by tile; left to clusters, and of these handed on.
@@ -96,8 +98,22 @@ impl GpuBackend {
     /// The light meter: both integrals of single emissions at `points`, by the shaders that shade pictures.
     ///
     /// # Errors
-    /// [`BackendError::CpuOnly`], [`BackendError::TooLarge`] or [`BackendError::Device`].
+    /// [`BackendError::CpuOnly`], [`BackendError::TooLarge`], [`BackendError::Rounds`] or [`BackendError::Device`].
     pub fn measure(&self, prepared: &Prepared, points: &[MeterPoint]) -> Result<Vec<Reading>, BackendError> {
+        self.measure_in_windows(prepared, points, 1)
+    }
+
+    /// [`Self::measure`] with the lights integrated in so many parts from the start, one after the other, and in more where the
+    /// driver ends loops early. The number of parts changes no value beyond its tolerance.
+    ///
+    /// # Errors
+    /// As [`Self::measure`].
+    pub fn measure_in_windows(
+        &self,
+        prepared: &Prepared,
+        points: &[MeterPoint],
+        windows: u32,
+    ) -> Result<Vec<Reading>, BackendError> {
         if prepared.technique.is_cpu_only() {
             return Err(BackendError::CpuOnly(prepared.technique.name()));
         }
@@ -107,21 +123,49 @@ impl GpuBackend {
         let device = &self.device;
         let (boxes, emitters) = (Boxes::new(&[]), Emitters::new(&prepared.emitters));
         let buffers = SceneBuffers::new(device, &buffers::contents(None, &boxes, &emitters, Kept::default()))?;
-        device.queue.write_buffer(&buffers.frame, 0, bytemuck::bytes_of(&Frame::of(&prepared.technique)));
-        let scene = self.layouts.bind_scene(device, &buffers);
+        let mut windows = Windows::divided(&emitters, windows);
+        let mut readings = self.read(prepared, &buffers, points, windows)?;
+        loop {
+            let cut: Vec<usize> = (0..points.len()).filter(|&i| readings[i].cut > 0).collect();
+            if cut.is_empty() {
+                return Ok(readings);
+            }
+            windows = windows.more(device, &emitters, &prepared.technique)?;
+            let again: Vec<MeterPoint> = cut.iter().map(|&i| points[i]).collect();
+            for (i, reading) in cut.into_iter().zip(self.read(prepared, &buffers, &again, windows)?) {
+                readings[i] = reading;
+            }
+        }
+    }
+
+    /// Reads points, whether or not the driver ends loops early.
+    fn read(
+        &self,
+        prepared: &Prepared,
+        buffers: &SceneBuffers,
+        points: &[MeterPoint],
+        windows: Windows,
+    ) -> Result<Vec<Reading>, BackendError> {
+        let device = &self.device;
+        let scene = self.layouts.bind_scene(device, buffers);
         let bytes = points.len() as u64 * size_of::<Reading>() as u64;
         let readings = target(device, "readings", bytes)?;
         let meter = self.layouts.bind_meter(device, &storage(device, "points", points)?, &readings);
-        let pipeline = self.layouts.meter_pipeline(device, prepared.features);
+        let features = Features { windows: windows.are_many(), ..prepared.features };
+        let pipeline = self.layouts.meter_pipeline(device, features);
         device.check()?;
-        let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &scene, &[]);
-        pass.set_bind_group(1, &meter, &[]);
-        pass.dispatch_workgroups(points.len().div_ceil(METER_GROUP) as u32, 1, 1);
-        drop(pass);
-        device.queue.submit([encoder.finish()]);
+        for cells in windows.cells() {
+            let frame = Frame { cells, ..Frame::of(&prepared.technique) };
+            device.queue.write_buffer(&buffers.frame, 0, bytemuck::bytes_of(&frame));
+            let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&pipeline);
+            pass.set_bind_group(0, &scene, &[]);
+            pass.set_bind_group(1, &meter, &[]);
+            pass.dispatch_workgroups(points.len().div_ceil(METER_GROUP) as u32, 1, 1);
+            drop(pass);
+            device.queue.submit([encoder.finish()]);
+        }
         Readback::new(device, bytes).read(device, &readings, points.len() as u64, <[Reading]>::to_vec)
     }
 }
@@ -167,7 +211,7 @@ impl Session for GpuSession<'_> {
         let (boxes, emitters) = before.unzip();
         let boxes = boxes.filter(|_| kept.surfaces).unwrap_or_else(|| Boxes::new(&prepared.triangles));
         watch.lap("boxes");
-        let (pipelines, are_known) = backend.pipelines(prepared.features)?;
+        let (_, are_known) = backend.pipelines(prepared.features)?;
         reuse.count("pipelines", are_known);
         let clock = backend.clock()?;
         watch.lap("pipelines");
@@ -206,8 +250,10 @@ impl Session for GpuSession<'_> {
         watch.lap("upload");
         let mut pixels = vec![Shaded::default(); settings.width as usize * settings.height as usize];
         let (mut shaded, mut nodes, mut loaded) = (0, 0, 0);
+        let compiled = |windows| Ok(backend.pipelines(Features { windows, ..prepared.features })?.0);
+        let work = Work { emitters: &emitters, technique: &prepared.technique, offsets: &prepared.offsets, frame: &frame };
         for tile in Tile::all(&frame) {
-            painter.paint(&pipelines, tile, &frame, &prepared.offsets, |painted| {
+            painter.paint(compiled, tile, &work, |painted| {
                 for (row, y) in painted.chunks(tile.size.x as usize).zip(tile.origin.y..) {
                     let first = y as usize * settings.width as usize + tile.origin.x as usize;
                     for (pixel, sum) in row.iter().zip(&mut pixels[first..]) {

@@ -307,6 +307,17 @@ pub enum BackendError {
     /// The device failed while rendering.
     #[error("GPU: {0}")]
     Device(String),
+    /// The driver ends the loops of shaders after a number of rounds, and what remains of them is too much for it as well.
+    #[error(
+        "{adapter} ends the loops of a shader early (llvmpipe after 65535 rounds), with the lights in {windows} parts as \
+         well; a larger tolerance takes fewer rounds, the CPU backend has no such limit"
+    )]
+    Rounds {
+        /// Adapter name.
+        adapter: String,
+        /// Parts that the work was in.
+        windows: u32,
+    },
     /// The technique does not run on this backend.
     #[error("technique `{0}` runs on the CPU only")]
     CpuOnly(&'static str),

@@ -47,10 +47,14 @@ pub struct Frame {
     pub clusters: u32,
     /// The clusters' unit of length over a metre.
     pub per_metre: f32,
+    /// First cell of the window and past its last one: see [`super::window`].
+    pub cells: UVec2,
     /// 0, which compilers of shaders don't know: `shaders/wide.wgsl` hides values from them with it.
     pub zero: u32,
     /// Of the layout.
     pub pad: u32,
+    /// Of the layout.
+    pub pad_2: UVec2,
 }
 
 impl Frame {
@@ -230,6 +234,11 @@ impl Emitters {
         }
     }
 
+    /// Past the last element of a region.
+    pub fn elements(&self) -> u32 {
+        self.emitters.iter().map(|e| e.end).max().unwrap_or(0)
+    }
+
     /// Lays a picture after those that are there. Gives its index.
     fn picture(&mut self, colors: &Prefiltered) -> u32 {
         let [before, _] = self.picture_texels.extend(&colors.texels);
@@ -282,8 +291,10 @@ pub struct Pixel {
     pub nodes: u32,
     /// Bytes of lights' regions that were loaded, lower and upper 32 bits.
     pub bytes: [u32; 2],
-    /// Of the layout.
-    pub pad: UVec2,
+    /// Not 0 where the driver has ended a loop early.
+    pub cut: u32,
+    /// What the windows of the sample so far have left of its budget.
+    pub budget: f32,
 }
 
 impl Pixel {
@@ -350,6 +361,12 @@ pub struct Reading {
     pub specular: Vec3,
     /// Nodes, edges or texels of the second.
     pub specular_nodes: u32,
+    /// What the windows so far have left of both budgets.
+    pub budgets: Vec2,
+    /// Not 0 where the driver has ended a loop early.
+    pub cut: u32,
+    /// Of the layout.
+    pub pad: u32,
 }
 
 #[cfg(test)]
