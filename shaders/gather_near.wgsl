@@ -25,12 +25,11 @@ fn gather(
         return skipped_for(SKIP_BELOW_HORIZON);
     }
     if WINDOWS {
-        window = frame.cells;
+        window = window_of(emitter.first, emitter.end);
         if has_mosaic(emitter) {
-            // What is accepted of a mosaic hangs by all that was before it: it is walked as a whole.
+            // What is accepted of a mosaic hangs by all that was before it: the first window has it as a whole.
             window = ALL_CELLS;
-            let begin = cell_of(emitter.first, 0u, 0u);
-            if begin < frame.cells.x || begin >= frame.cells.y {
+            if !is_first_window() {
                 return skipped_for(SKIP_NONE);
             }
         }

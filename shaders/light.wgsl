@@ -72,6 +72,11 @@ fn light_pixels(
     if there {
         add_to_pixel(pixel, sums, budget);
     }
+    // Of a point without a surface as well: it may have listed lights for the others.
+    let cut = loops_are_cut();
+    if all(id.xy < frame.tile_size) {
+        pixels[pixel].cut += u32(cut);
+    }
 }
 
 // What a point reflects towards the eye, and what that took.
@@ -163,7 +168,6 @@ fn add_to_pixel(pixel: u32, sums: Sums, budget: Budget) {
         pixels[pixel].specular = max(pixels[pixel].specular, vec3f());
     }
     pixels[pixel].budget = budget.left;
-    pixels[pixel].cut += u32(loops_are_cut());
     // The carry of the visited nodes goes to the upper half of the samples.
     let nodes_before = pixels[pixel].nodes;
     pixels[pixel].nodes = nodes_before + sums.visited;

@@ -28,8 +28,8 @@ struct Frame {
     // Number of clusters of lights, and their unit of length over a metre.
     clusters: u32,
     per_metre: f32,
-    // First cell of the window and past its last one: see window.wgsl.
-    cells: vec2u,
+    // Which window of how many: see window.wgsl.
+    window: vec2u,
     // 0, which compilers don't know: see wide.wgsl.
     zero: u32,
     pad: u32,

@@ -1,11 +1,11 @@
 // What stands it that drivers end loops early. Mesa's llvmpipe lets the invocations that run side by side go 65535 rounds, those of
 // all loops of the shader together; from then on every loop ends with the round that it is in. The pass says so (loops_are_cut), and
-// src/backend/gpu/window.rs has the same work done in windows: each dispatch integrates over some of the elements of the lights'
-// regions, and adds to what the ones before it have found.
+// src/backend/gpu/window.rs has the same work done in windows: each dispatch integrates over some of the elements of each light's
+// region, and adds to what the ones before it have found.
 //
 // A place among the elements is counted in cells, CELLS to an element; those of a cubic leaf are steps of its parameter.
 
-// Whether a dispatch has a window, frame.cells, and not all of the work.
+// Whether a dispatch has a window, frame.window, and not all of the work.
 override WINDOWS: bool = false;
 
 const CELLS_LOG: u32 = 8u;
@@ -30,11 +30,27 @@ fn loops_are_cut() -> bool {
 
 // Whether this dispatch begins the work, and whether it ends it.
 fn is_first_window() -> bool {
-    return !WINDOWS || frame.cells.x == 0u;
+    return !WINDOWS || frame.window.x == 0u;
 }
 
 fn is_last_window() -> bool {
-    return !WINDOWS || frame.cells.y == ALL_CELLS.y;
+    return !WINDOWS || frame.window.x + 1u == frame.window.y;
+}
+
+// The window's cells of a region with the elements from `first` to `end`.
+fn window_of(first: u32, end: u32) -> vec2u {
+    let cells = (end - first) << CELLS_LOG;
+    let width = (cells + frame.window.y - 1u) / frame.window.y;
+    let begin = min(frame.window.x * width, cells);
+    return (first << CELLS_LOG) + vec2u(begin, min(begin + width, cells));
+}
+
+// Of the elements from `first` to `end` those that begin in the window.
+fn elements_in_window(first: u32, end: u32) -> vec2u {
+    if WINDOWS {
+        return (window_of(first, end) + (CELLS - 1u)) >> vec2u(CELLS_LOG);
+    }
+    return vec2u(first, end);
 }
 
 // Where an element begins, or piece `index` of the 2^level of a leaf, 2^24 at most; of level 0 the index has no meaning.
@@ -53,14 +69,4 @@ fn window_part(begin: u32, end: u32, is_divisible: bool) -> u32 {
         return WINDOW_LACKS;
     }
     return select(WINDOW_HAS, WINDOW_CUTS, is_divisible && (begin < window.x || end > window.y));
-}
-
-// Of the elements from `first` to `end` those that begin in the frame's window.
-fn elements_in_window(first: u32, end: u32) -> vec2u {
-    if WINDOWS {
-        let begin = frame.cells.x / CELLS + u32(frame.cells.x % CELLS > 0u);
-        let past = frame.cells.y / CELLS + u32(frame.cells.y % CELLS > 0u);
-        return clamp(vec2u(first, end), vec2u(begin), vec2u(past));
-    }
-    return vec2u(first, end);
 }

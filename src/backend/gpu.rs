@@ -123,7 +123,7 @@ impl GpuBackend {
         let device = &self.device;
         let (boxes, emitters) = (Boxes::new(&[]), Emitters::new(&prepared.emitters));
         let buffers = SceneBuffers::new(device, &buffers::contents(None, &boxes, &emitters, Kept::default()))?;
-        let mut windows = Windows::divided(&emitters, windows);
+        let mut windows = Windows::new(windows);
         let mut readings = self.read(prepared, &buffers, points, windows)?;
         loop {
             let cut: Vec<usize> = (0..points.len()).filter(|&i| readings[i].cut > 0).collect();
@@ -154,8 +154,8 @@ impl GpuBackend {
         let features = Features { windows: windows.are_many(), ..prepared.features };
         let pipeline = self.layouts.meter_pipeline(device, features);
         device.check()?;
-        for cells in windows.cells() {
-            let frame = Frame { cells, ..Frame::of(&prepared.technique) };
+        for window in windows.all() {
+            let frame = Frame { window, ..Frame::of(&prepared.technique) };
             device.queue.write_buffer(&buffers.frame, 0, bytemuck::bytes_of(&frame));
             let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
@@ -251,7 +251,8 @@ impl Session for GpuSession<'_> {
         let mut pixels = vec![Shaded::default(); settings.width as usize * settings.height as usize];
         let (mut shaded, mut nodes, mut loaded) = (0, 0, 0);
         let compiled = |windows| Ok(backend.pipelines(Features { windows, ..prepared.features })?.0);
-        let work = Work { emitters: &emitters, technique: &prepared.technique, offsets: &prepared.offsets, frame: &frame };
+        let work =
+            Work { emitters: &emitters, technique: &prepared.technique, offsets: &prepared.offsets, frame: &frame };
         for tile in Tile::all(&frame) {
             painter.paint(compiled, tile, &work, |painted| {
                 for (row, y) in painted.chunks(tile.size.x as usize).zip(tile.origin.y..) {

@@ -47,8 +47,8 @@ pub struct Frame {
     pub clusters: u32,
     /// The clusters' unit of length over a metre.
     pub per_metre: f32,
-    /// First cell of the window and past its last one: see [`super::window`].
-    pub cells: UVec2,
+    /// Which window of how many: `shaders/window.wgsl`.
+    pub window: UVec2,
     /// 0, which compilers of shaders don't know: `shaders/wide.wgsl` hides values from them with it.
     pub zero: u32,
     /// Of the layout.
@@ -234,9 +234,9 @@ impl Emitters {
         }
     }
 
-    /// Past the last element of a region.
-    pub fn elements(&self) -> u32 {
-        self.emitters.iter().map(|e| e.end).max().unwrap_or(0)
+    /// Elements of all regions, and of the longest.
+    pub fn elements(&self) -> [u32; 2] {
+        self.emitters.iter().fold([0; 2], |[past, most], e| [past.max(e.end), most.max(e.end - e.first)])
     }
 
     /// Lays a picture after those that are there. Gives its index.

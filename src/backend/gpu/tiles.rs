@@ -81,7 +81,7 @@ pub struct Painter<'a> {
     readback: Readback,
     timer: Timer,
     /// Windows that the tiles are painted in: as many as the most laborious one so far has wanted.
-    windows: u32,
+    windows: Windows,
 }
 
 /// What is the same for all tiles of a picture.
@@ -136,7 +136,7 @@ impl<'a> Painter<'a> {
             counters,
             readback,
             timer,
-            windows: 1,
+            windows: Windows::new(1),
         })
     }
 
@@ -170,7 +170,7 @@ impl<'a> Painter<'a> {
         mut look: impl FnMut(&[Pixel]),
     ) -> Result<(), BackendError> {
         loop {
-            let windows = Windows::divided(work.emitters, self.windows);
+            let windows = self.windows;
             let pipelines = compiled(windows.are_many())?;
             let mut encoder = self.encoder();
             encoder.copy_buffer_to_buffer(&self.skips, 0, &self.skips_before, 0, None);
@@ -191,7 +191,7 @@ impl<'a> Painter<'a> {
             if !is_cut {
                 return Ok(());
             }
-            self.windows = windows.more(self.device, work.emitters, work.technique)?.count;
+            self.windows = windows.more(self.device, work.emitters, work.technique)?;
             let mut encoder = self.encoder();
             encoder.copy_buffer_to_buffer(&self.skips_before, 0, &self.skips, 0, None);
             self.device.queue.submit([encoder.finish()]);
@@ -207,18 +207,18 @@ impl<'a> Painter<'a> {
         offset: [f32; 2],
         windows: Windows,
     ) -> Result<(), BackendError> {
-        for cells in windows.cells() {
+        for window in windows.all() {
             let frame = Frame {
                 raster: tile.raster(frame.picture, offset),
                 tile_origin: tile.origin,
                 tile_size: tile.size,
                 offset: offset.into(),
-                cells,
+                window,
                 ..*frame
             };
             self.device.queue.write_buffer(&self.buffers.frame, 0, bytemuck::bytes_of(&frame));
             let mut encoder = self.encoder();
-            if cells.x == 0 {
+            if window.x == 0 {
                 self.draw(pipelines, &mut encoder, tile);
             }
             let pass = Shading { pipelines, scene: &self.scene, tile: &self.tile, size: tile.size };
