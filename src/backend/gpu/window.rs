@@ -14,7 +14,7 @@ const CELLS_LOG: u32 = 8;
 /// Windows for each that there was before.
 const GROWTH: u32 = 4;
 /// Most windows: what takes more would take hours, too.
-const MOST: u32 = 1 << 8;
+const MOST: u32 = 1 << 10;
 
 /// How many windows the work of a pass is divided into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
