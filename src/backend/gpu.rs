@@ -289,6 +289,7 @@ impl Session for GpuSession<'_> {
             lights,
             memory: TreeMemory::of(&prepared.emitters),
             loaded: Some(loaded),
+            windows: painter.windows(),
             clock: clock.name(),
             reused: reuse.finish(),
         };

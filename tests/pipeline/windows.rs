@@ -5,6 +5,7 @@ use crate::backends::{brightest, floor, gpu, light, render, same_stats};
 use crate::cases::{Rng, blob, ring};
 use glam::{DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;
+use glyphlight::backend::gpu::GpuBackend;
 use glyphlight::backend::gpu::layout::{MeterPoint, Reading};
 use glyphlight::backend::prepared::Prepared;
 use glyphlight::backend::{Backend, BackendError, Settings, Technique};
@@ -40,6 +41,10 @@ fn worst(a: &Film, b: &Film) -> f32 {
     all(a).iter().zip(all(b)).fold(0.0, |worst, (a, b)| worst.max((a - b).abs()))
 }
 
+fn is_llvmpipe(gpu: &GpuBackend) -> bool {
+    gpu.device().contains("llvmpipe")
+}
+
 /// Points that visit more nodes than the driver goes rounds.
 #[test]
 fn a_long_walk_leaves_no_pixel_dark() {
@@ -53,6 +58,8 @@ fn a_long_walk_leaves_no_pixel_dark() {
     assert!(brightest(&shaders.film) > 0.05);
     let off = worst(&cpu.film, &shaders.film);
     assert!(off < ROUNDING, "{off}");
+    assert!(shaders.stats.windows > 1 || !is_llvmpipe(gpu));
+    assert_eq!(cpu.stats.windows, 1);
     // The counters are of one pass over all lights, whatever it took.
     assert_eq!(cpu.stats.shaded, shaders.stats.shaded);
     assert!(same_stats(&cpu.stats, &glyphlight::backend::Stats { nodes: cpu.stats.nodes, ..shaders.stats }));
@@ -80,7 +87,7 @@ fn long_sums_over_curves_are_whole() {
 #[test]
 fn what_no_window_helps_is_an_error() {
     let Some(gpu) = gpu() else { return };
-    if !gpu.device().contains("llvmpipe") {
+    if !is_llvmpipe(gpu) {
         return;
     }
     let scene = floor(Material::default(), standing(rings(1, 3)));
@@ -89,7 +96,8 @@ fn what_no_window_helps_is_an_error() {
     let message = refused.as_ref().err().map(ToString::to_string).unwrap_or_default();
     assert!(matches!(refused, Err(BackendError::Rounds { .. })), "{message}");
     assert!(message.contains("llvmpipe") && message.contains("CPU"), "{message}");
-    assert!(at(20_000).is_ok());
+    assert!(at(20_000).is_ok_and(|rendering| rendering.stats.windows > 1));
+    assert!(at(6).is_ok_and(|rendering| rendering.stats.windows == 1));
 }
 
 fn scene_of(shapes: impl Iterator<Item = Shape>) -> Scene {

@@ -240,6 +240,11 @@ impl<'a> Painter<'a> {
         Ok(())
     }
 
+    /// Windows of each light that the tiles so far have wanted.
+    pub const fn windows(&self) -> u32 {
+        self.windows.count()
+    }
+
     /// The skip counters of all rows.
     pub fn skips(&self) -> Result<Vec<u64>, BackendError> {
         self.readback.read(self.device, &self.skips, self.counters, <[u64]>::to_vec)

@@ -26,6 +26,11 @@ impl Windows {
         Self(count.clamp(1, MOST))
     }
 
+    /// Their number.
+    pub const fn count(self) -> u32 {
+        self.0
+    }
+
     /// Whether there is more than one.
     pub const fn are_many(self) -> bool {
         self.0 > 1
