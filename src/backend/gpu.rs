@@ -56,6 +56,8 @@ pub struct GpuBackend {
     layouts: Layouts,
     pipelines: Mutex<HashMap<Features, Pipelines>>,
     clock: OnceLock<Clock>,
+    /// To begin with.
+    windows: Windows,
 }
 
 impl GpuBackend {
@@ -67,7 +69,14 @@ impl GpuBackend {
         let device = Device::open(choice)?;
         let layouts = Layouts::new(&device);
         device.check()?;
-        Ok(Self { device, layouts, pipelines: Mutex::default(), clock: OnceLock::new() })
+        Ok(Self { device, layouts, pipelines: Mutex::default(), clock: OnceLock::new(), windows: Windows::new(1) })
+    }
+
+    /// The same, with each light integrated in so many parts, one after the other, from the start, and in more where the driver ends
+    /// loops early. Their number changes no value beyond its tolerance.
+    #[must_use]
+    pub fn in_windows(self, windows: u32) -> Self {
+        Self { windows: Windows::new(windows), ..self }
     }
 
     /// Adapter, driver and interface.
@@ -100,20 +109,6 @@ impl GpuBackend {
     /// # Errors
     /// [`BackendError::CpuOnly`], [`BackendError::TooLarge`], [`BackendError::Rounds`] or [`BackendError::Device`].
     pub fn measure(&self, prepared: &Prepared, points: &[MeterPoint]) -> Result<Vec<Reading>, BackendError> {
-        self.measure_in_windows(prepared, points, 1)
-    }
-
-    /// [`Self::measure`] with the lights integrated in so many parts from the start, one after the other, and in more where the
-    /// driver ends loops early. The number of parts changes no value beyond its tolerance.
-    ///
-    /// # Errors
-    /// As [`Self::measure`].
-    pub fn measure_in_windows(
-        &self,
-        prepared: &Prepared,
-        points: &[MeterPoint],
-        windows: u32,
-    ) -> Result<Vec<Reading>, BackendError> {
         if prepared.technique.is_cpu_only() {
             return Err(BackendError::CpuOnly(prepared.technique.name()));
         }
@@ -123,7 +118,7 @@ impl GpuBackend {
         let device = &self.device;
         let (boxes, emitters) = (Boxes::new(&[]), Emitters::new(&prepared.emitters));
         let buffers = SceneBuffers::new(device, &buffers::contents(None, &boxes, &emitters, Kept::default()))?;
-        let mut windows = Windows::new(windows);
+        let mut windows = self.windows;
         let mut readings = self.read(prepared, &buffers, points, windows)?;
         loop {
             let cut: Vec<usize> = (0..points.len()).filter(|&i| readings[i].cut > 0).collect();
@@ -250,6 +245,7 @@ impl Session for GpuSession<'_> {
         watch.lap("upload");
         let mut pixels = vec![Shaded::default(); settings.width as usize * settings.height as usize];
         let (mut shaded, mut nodes, mut loaded) = (0, 0, 0);
+        painter.begin_with(backend.windows);
         let compiled = |windows| Ok(backend.pipelines(Features { windows, ..prepared.features })?.0);
         let work =
             Work { emitters: &emitters, technique: &prepared.technique, offsets: &prepared.offsets, frame: &frame };

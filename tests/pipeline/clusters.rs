@@ -327,7 +327,7 @@ fn every_point_of_a_tile_is_within_the_tolerance() {
 }
 
 /// Both sides of two-sided lights, some of them seen by points of one tile from either side, and lights with pictures.
-fn mixed(count: usize) -> Scene {
+pub fn mixed(count: usize) -> Scene {
     let words = [Shape::rectangle(DVec2::new(0.0, 0.0), DVec2::new(3.0, 1.0)), blob(&mut Rng(2))];
     let material = Material { base_color: [0.8, 0.7, 0.6], alpha: 0.3, ..Material::default() };
     let mut scene = signs(&words, &SignsOptions { count: count as u32, material, ..SignsOptions::default() });

@@ -5,8 +5,8 @@ use crate::backends::{brightest, floor, gpu, light, render, same_stats};
 use crate::cases::{Rng, blob, ring};
 use glam::{DVec2, DVec3};
 use glyphlight::backend::cpu::CpuBackend;
-use glyphlight::backend::gpu::GpuBackend;
 use glyphlight::backend::gpu::layout::{MeterPoint, Reading};
+use glyphlight::backend::gpu::{AdapterChoice, GpuBackend};
 use glyphlight::backend::prepared::Prepared;
 use glyphlight::backend::{Backend, BackendError, Settings, Technique};
 use glyphlight::film::Film;
@@ -106,6 +106,36 @@ fn scene_of(shapes: impl Iterator<Item = Shape>) -> Scene {
     scene
 }
 
+fn divided(windows: u32) -> GpuBackend {
+    GpuBackend::new(AdapterChoice::Any).unwrap().in_windows(windows)
+}
+
+/// Pictures in windows: what is not integrated, expansions of clusters and mosaics, is added once, and skips are counted once.
+#[test]
+fn pictures_in_windows_are_the_same() {
+    let Some(gpu) = gpu() else { return };
+    let in_parts = divided(3);
+    let settings = settings(Technique::Tree, 1e-3);
+    let scenes =
+        crate::backends::scenes().into_iter().chain([("signs, some with pictures", crate::clusters::mixed(200))]);
+    let mut moved = 0;
+    for (name, scene) in scenes {
+        let (whole, parts) = (render(gpu, &scene, &settings), render(&in_parts, &scene, &settings));
+        assert_eq!((whole.stats.windows, parts.stats.windows), (1, 3), "{name}");
+        let off = worst(&whole.film, &parts.film);
+        assert!(off < 2.0 * settings.tolerance + ROUNDING, "{name}: {off}");
+        let nodes = whole.stats.nodes;
+        assert!(same_stats(&whole.stats, &glyphlight::backend::Stats { nodes, ..parts.stats }), "{name}");
+        assert_eq!(whole.stats.clusters, parts.stats.clusters, "{name}");
+        if let Some(first) = scene.lights.first() {
+            let mut other = scene.clone();
+            other.lights[0].placement.origin = first.placement.origin + DVec3::X * 0.2;
+            moved += usize::from(worst(&render(gpu, &other, &settings).film, &parts.film) > 1e-2);
+        }
+    }
+    assert!(moved > 3, "{moved}");
+}
+
 /// The largest difference of two readings of a point.
 fn apart(a: &[Reading], b: &[Reading]) -> f32 {
     a.iter()
@@ -119,6 +149,7 @@ fn any_number_of_windows_gives_the_same() {
     let Some(gpu) = gpu() else { return };
     let mut rng = Rng(8);
     let scene = scene_of((0..12).map(|_| blob(&mut rng)));
+    let divided_backends = [2, 7, 200].map(|windows| (windows, divided(windows)));
     for technique in
         [Technique::Tree, Technique::Textured, Technique::Kuge { eps: None }, Technique::Uniform { segments: 6 }]
     {
@@ -140,13 +171,12 @@ fn any_number_of_windows_gives_the_same() {
                 }
             })
             .collect();
-        let read = |windows| gpu.measure_in_windows(&prepared, &points, windows).unwrap();
         let nodes = |readings: &[Reading]| readings.iter().map(|r| u64::from(r.diffuse_nodes + r.specular_nodes)).sum();
-        let whole = read(1);
+        let whole = gpu.measure(&prepared, &points).unwrap();
         let whole_nodes: u64 = nodes(&whole);
         assert!(whole.iter().filter(|r| r.diffuse.x > 0.01).count() > 100);
-        for windows in [2, 7, 200] {
-            let divided = read(windows);
+        for (windows, backend) in &divided_backends {
+            let divided = backend.measure(&prepared, &points).unwrap();
             // Each is within the tolerance, where the technique has one.
             let off = apart(&whole, &divided);
             assert!(off < 2e-4 + ROUNDING, "{technique}, {windows} windows: {off}");

@@ -240,6 +240,11 @@ impl<'a> Painter<'a> {
         Ok(())
     }
 
+    /// Paints in as many windows at least.
+    pub fn begin_with(&mut self, windows: Windows) {
+        self.windows = self.windows.max(windows);
+    }
+
     /// Windows of each light that the tiles so far have wanted.
     pub const fn windows(&self) -> u32 {
         self.windows.count()

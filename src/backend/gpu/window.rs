@@ -17,7 +17,7 @@ const GROWTH: u32 = 4;
 const MOST: u32 = 1 << 10;
 
 /// How many windows the work of a pass is divided into.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Windows(u32);
 
 impl Windows {
