@@ -116,8 +116,10 @@ fn pictures_in_windows_are_the_same() {
     let Some(gpu) = gpu() else { return };
     let in_parts = divided(3);
     let settings = settings(Technique::Tree, 1e-3);
-    let scenes =
-        crate::backends::scenes().into_iter().chain([("signs, some with pictures", crate::clusters::mixed(200))]);
+    let scenes = crate::backends::scenes()
+        .into_iter()
+        .step_by(3)
+        .chain([("signs, some with pictures", crate::clusters::mixed(200))]);
     let mut moved = 0;
     for (name, scene) in scenes {
         let (whole, parts) = (render(gpu, &scene, &settings), render(&in_parts, &scene, &settings));
@@ -133,7 +135,7 @@ fn pictures_in_windows_are_the_same() {
             moved += usize::from(worst(&render(gpu, &other, &settings).film, &parts.film) > 1e-2);
         }
     }
-    assert!(moved > 3, "{moved}");
+    assert!(moved > 2, "{moved}");
 }
 
 /// The largest difference of two readings of a point.
