@@ -105,8 +105,10 @@ fn add_clusters(
     if !there {
         return;
     }
-    (*sums).reflected[0] += plain.reflected;
-    (*sums).reflected[1] += lobe.reflected;
+    if is_first_window() {
+        (*sums).reflected[0] += plain.reflected;
+        (*sums).reflected[1] += lobe.reflected;
+    }
     let whole = plain.whole + lobe.whole;
     count_skips(row, frame.lights, array<u32, SKIP_REASONS>(0u, visited, whole, 0u, 0u, 0u, 0u));
 }

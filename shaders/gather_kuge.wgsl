@@ -18,6 +18,7 @@ fn integrate_emission(
     if eps == 0.0 {
         eps = select(SPECULAR_EPS * lobe.alpha, DIFFUSE_EPS, lobe.alpha == 0.0);
     }
-    let sum = kuge_integral(map, clip, emitter.first, emitter.end, eps);
+    let curves = elements_in_window(emitter.first, emitter.end);
+    let sum = kuge_integral(map, clip, curves.x, curves.y, eps);
     return painted(lit(images, sum.value, sum.edges), emitter, map);
 }

@@ -24,6 +24,16 @@ fn gather(
     if clip.below {
         return skipped_for(SKIP_BELOW_HORIZON);
     }
+    if WINDOWS {
+        window = window_of(emitter.first, emitter.end);
+        if has_mosaic(emitter) {
+            // What is accepted of a mosaic hangs by all that was before it: the first window has it as a whole.
+            window = ALL_CELLS;
+            if !is_first_window() {
+                return skipped_for(SKIP_NONE);
+            }
+        }
+    }
     if close {
         return near_emission(emitter, images, lobe, near, near_clip(near, clip, lobe), tolerance, budget);
     }

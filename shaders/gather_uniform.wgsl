@@ -14,6 +14,7 @@ fn integrate_emission(
     tolerance: f32,
     budget: ptr<function, Budget>,
 ) -> Gathered {
-    let sum = uniform_integral(map, clip, emitter.first, emitter.end, frame.choice);
+    let curves = elements_in_window(emitter.first, emitter.end);
+    let sum = uniform_integral(map, clip, curves.x, curves.y, frame.choice);
     return painted(lit(images, sum.value, sum.edges), emitter, map);
 }

@@ -40,7 +40,11 @@ fn light_pixels(
     }
     var sums = Sums();
     // One budget for all lights that are integrated, and all lobes: it is the picture that is within the tolerance.
+    let pixel = id.y * frame.tile_size.x + id.x;
     var budget = Budget(1.0);
+    if there && !is_first_window() {
+        budget.left = pixels[pixel].budget;
+    }
     var tolerance = frame.tolerance * (1.0 - skipped.spent * SKIP_SHARE);
     let cluster_tolerance = tolerance * CLUSTER_PART;
     if CLUSTERS {
@@ -73,7 +77,7 @@ fn light_pixels(
         if local == 0u {
             count_clustered(row, found);
         }
-        if DIFFUSE && found.local > 0u {
+        if DIFFUSE && found.local > 0u && is_first_window() {
             sum_up_local(local, local_sum);
             if there {
                 let away = position * frame.per_metre - receiver.position.middle;
@@ -82,7 +86,12 @@ fn light_pixels(
         }
     }
     if there {
-        add_to_pixel(id.y * frame.tile_size.x + id.x, sums);
+        add_to_pixel(pixel, sums, budget);
+    }
+    // Of a point without a surface as well: it may have listed lights for the others.
+    let cut = loops_are_cut();
+    if all(id.xy < frame.tile_size) {
+        pixels[pixel].cut += u32(cut);
     }
 }
 
@@ -166,13 +175,20 @@ fn add_light(
     }
 }
 
-fn add_to_pixel(pixel: u32, sums: Sums) {
+fn add_to_pixel(pixel: u32, sums: Sums, budget: Budget) {
     pixels[pixel].diffuse += sums.reflected[0];
     pixels[pixel].specular += sums.reflected[1];
+    if WINDOWS && is_last_window() {
+        // Sums over windows, whose parts are not clamped.
+        pixels[pixel].diffuse = max(pixels[pixel].diffuse, vec3f());
+        pixels[pixel].specular = max(pixels[pixel].specular, vec3f());
+    }
+    pixels[pixel].budget = budget.left;
     // The carry of the visited nodes goes to the upper half of the samples.
     let nodes_before = pixels[pixel].nodes;
     pixels[pixel].nodes = nodes_before + sums.visited;
-    pixels[pixel].samples += 1u + select(0u, 0x10000u, nodes_before + sums.visited < nodes_before);
+    let carry = select(0u, 0x10000u, nodes_before + sums.visited < nodes_before);
+    pixels[pixel].samples += u32(is_first_window()) + carry;
     let bytes_before = pixels[pixel].bytes.x;
     pixels[pixel].bytes += vec2u(loaded, u32(bytes_before + loaded < bytes_before));
 }

@@ -262,43 +262,50 @@ fn near_edge_above(near: NearMap, clip: Clip, place: u32, a: Wide2, b: Wide2) ->
         }
         return plane.corner * near_far_sign(near_form(near, plane.height), a, b);
     }
-    var start = Wide(0.0, 0.0);
-    var end = Wide(1.0, 0.0);
+    var span = NearSpan(Wide(0.0, 0.0), Wide(1.0, 0.0));
     var sum = 0.0;
     if place == PLACE_CUT {
-        var meetings = array(near_meeting(near, clip.first, a, b), NearMeeting(Meeting(true, true, 0.0), Wide(0.0, 0.0)));
+        // No loop: drivers that end loops early would count its rounds for every edge.
+        let first = near_meeting(near, clip.first, a, b);
+        var second = NearMeeting(Meeting(true, true, 0.0), Wide(0.0, 0.0));
         if clip.planes == 2u {
-            meetings[1] = near_meeting(near, clip.second, a, b);
+            second = near_meeting(near, clip.second, a, b);
         }
         // Of two crossings at one place, in one direction, that of the first is inside and that of the second is not.
-        let first_is_after = is_after(meetings[0].at, meetings[1].at);
-        for (var k = frame.zero; k < clip.planes; k++) {
-            let meeting = meetings[k];
-            var plane = clip.first;
-            var inside = is_above(meetings[1].coarse, !first_is_after);
-            if k == 1u {
-                plane = clip.second;
-                inside = is_above(meetings[0].coarse, first_is_after);
-            }
-            sum += near_closing(near, plane, meeting, inside, a, b);
-            // Where it ends above it may begin after the start, where it begins above it may end before the end: both ask of the pair,
-            // for of a place next to the end f32 says 1.
-            if !meeting.coarse.start && is_after(meeting.at, start) {
-                start = meeting.at;
-            }
-            if !meeting.coarse.end {
-                let stop = select(0.0, 1.0, meeting.coarse.start);
-                let until = Wide(meeting.at.hi * stop, meeting.at.lo * stop);
-                if is_after(end, until) {
-                    end = until;
-                }
-            }
+        let first_is_after = is_after(first.at, second.at);
+        sum = near_closing(near, clip.first, first, is_above(second.coarse, !first_is_after), a, b);
+        if clip.planes == 2u {
+            sum += near_closing(near, clip.second, second, is_above(first.coarse, first_is_after), a, b);
         }
-        if !is_after(end, start) {
+        span = near_part_above(near_part_above(span, first), second);
+        if !is_after(span.end, span.start) {
             return sum;
         }
     }
-    return sum + near_edge_integral(near, near_along(a, b, start), near_along(a, b, end));
+    return sum + near_edge_integral(near, near_along(a, b, span.start), near_along(a, b, span.end));
+}
+
+// A part of an edge, in its parameter.
+struct NearSpan {
+    start: Wide,
+    end: Wide,
+}
+
+// Twin of part_above: what a horizon leaves of a part. Where the edge ends above it may begin after the start, where it begins above
+// it may end before the end: both ask of the pair, for of a place next to the end f32 says 1.
+fn near_part_above(part: NearSpan, meeting: NearMeeting) -> NearSpan {
+    var span = part;
+    if !meeting.coarse.start && is_after(meeting.at, span.start) {
+        span.start = meeting.at;
+    }
+    if !meeting.coarse.end {
+        let stop = select(0.0, 1.0, meeting.coarse.start);
+        let until = Wide(meeting.at.hi * stop, meeting.at.lo * stop);
+        if is_after(span.end, until) {
+            span.end = until;
+        }
+    }
+    return span;
 }
 
 fn near_far_sign(height: NearHeight, a: Wide2, b: Wide2) -> f32 {
@@ -377,7 +384,7 @@ fn near_tree_integral(
     var level = 0u;
     var index = 0u;
     var a: Wide2;
-    while i < emitter.end {
+    while !is_past(i, emitter.end, level, index) {
         visited += 1u;
         let piece = level > 0u;
         var link = CUBIC;
@@ -418,15 +425,17 @@ fn near_tree_integral(
             area_4 = node_area_4(nodes[i].areas);
         }
         let kind = link & ~LINK_MASK;
+        let part = node_in_window(emitter, i, link, level, index);
         let place = near_box_place(clip, center, half);
         let e = expansion_about(map, center, half);
         var accept = false;
-        if kind != SEGMENT && place < PLACE_BELOW {
+        if kind != SEGMENT && place < PLACE_BELOW && part == WINDOW_HAS {
             // Of pieces the zeroth order about the centroid of a sliver, whose integral of rho^2 |dA| is no more than half its area.
             let bound = region_bound(e, place, abs(area), select(area_4, 0.5 * abs(area), piece), select(4u, 2u, piece));
             accept = budget_accept(budget, bound.numerator, bound.denominator, tolerance);
         }
-        if !accept && kind != SEGMENT && place < PLACE_BELOW && level < DEEPEST {
+        let refine = !accept && kind != SEGMENT && place < PLACE_BELOW && level < DEEPEST && part == WINDOW_HAS;
+        if refine || part == WINDOW_CUTS {
             if piece {
                 level += 1u;
                 index *= 2u;
@@ -454,7 +463,7 @@ fn near_tree_integral(
                 region += region_integral(map, e, half, i);
             }
         }
-        if kind != CLUSTER {
+        if kind != CLUSTER && part == WINDOW_HAS {
             contour += near_edge_above(near, clip, place, a, b);
         }
         if piece {

@@ -47,9 +47,10 @@ fn is_behind(emitter: Emitter, images: Images) -> bool {
     return !is_whole(emitter) && (images.front == 0.0 || (images.front < 0.0 && emitter.two_sided == 0u));
 }
 
-// A signed integral from the side the point is on.
+// A signed integral from the side the point is on. That over a window may be less than 0, or more than 1.
 fn lit(images: Images, value: f32, visited: u32) -> Gathered {
-    return Gathered(vec3f(clamp(select(value, -value, images.front < 0.0), 0.0, 1.0)), visited, SKIP_NONE);
+    let seen = select(value, -value, images.front < 0.0);
+    return Gathered(vec3f(select(clamp(seen, 0.0, 1.0), seen, WINDOWS)), visited, SKIP_NONE);
 }
 
 // Nothing, for a reason.

@@ -17,6 +17,9 @@ fn count_clustered(row: u32, found: Listing) {
 
 // Adds to the 64-bit counters of a light. Rows keep workgroups out of each other's way.
 fn count_skips(row: u32, light: u32, reasons: array<u32, SKIP_REASONS>) {
+    if !is_first_window() {
+        return;
+    }
     for (var reason = 0u; reason < SKIP_REASONS; reason++) {
         let count = reasons[reason];
         if count > 0u {

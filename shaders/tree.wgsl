@@ -80,6 +80,17 @@ fn edge_above(map: CosineMap, clip: Clip, place: u32, a: vec2f, b: vec2f) -> f32
     return cut_edge(map, clip, place == PLACE_CUT, a, b);
 }
 
+// How much of a node, or of a piece of a leaf, the window has.
+fn node_in_window(emitter: Emitter, i: u32, link: u32, level: u32, index: u32) -> u32 {
+    if !WINDOWS {
+        return WINDOW_HAS;
+    }
+    let kind = link & ~LINK_MASK;
+    let begin = cell_of(i, level, index);
+    let end = select(begin + max(CELLS >> level, 1u), (emitter.first + (link & LINK_MASK)) << CELLS_LOG, kind <= RUN);
+    return window_part(begin, end, kind != SEGMENT);
+}
+
 // A third of the derivative at t.
 fn cubic_tangent(c: Cubic, t: f32) -> vec2f {
     let s = 1.0 - t;
@@ -120,7 +131,7 @@ fn tree_integral(
             at_top += 1u;
             refined = top_node(at_top);
         }
-        if i >= emitter.end {
+        if is_past(i, emitter.end, level, index) {
             break;
         }
         visited += 1u;
@@ -161,15 +172,17 @@ fn tree_integral(
             area_4 = node_area_4(nodes[i].areas);
         }
         let kind = link & ~LINK_MASK;
+        let part = node_in_window(emitter, i, link, level, index);
         let place = box_place(clip, center, half);
         let e = expansion_about(map, center, half);
         var accept = false;
-        if kind != SEGMENT && place < PLACE_BELOW {
+        if kind != SEGMENT && place < PLACE_BELOW && part == WINDOW_HAS {
             // Of pieces the zeroth order about the centroid of a sliver, whose integral of rho^2 |dA| is no more than half its area.
             let bound = region_bound(e, place, abs(area), select(area_4, 0.5 * abs(area), piece), select(4u, 2u, piece));
             accept = budget_accept(budget, bound.numerator, bound.denominator, tolerance);
         }
-        if !accept && kind != SEGMENT && place < PLACE_BELOW && level < DEEPEST {
+        let refine = !accept && kind != SEGMENT && place < PLACE_BELOW && level < DEEPEST && part == WINDOW_HAS;
+        if refine || part == WINDOW_CUTS {
             if piece {
                 level += 1u;
                 index *= 2u;
@@ -196,7 +209,7 @@ fn tree_integral(
                 region += region_integral(map, e, half, i);
             }
         }
-        if kind != CLUSTER {
+        if kind != CLUSTER && part == WINDOW_HAS {
             contour += edge_above(map, clip, place, a, b);
         }
         if piece {

@@ -28,9 +28,12 @@ struct Frame {
     // Number of clusters of lights, and their unit of length over a metre.
     clusters: u32,
     per_metre: f32,
+    // Which window of how many: see window.wgsl.
+    window: vec2u,
     // 0, which compilers don't know: see wide.wgsl.
     zero: u32,
     pad: u32,
+    pad_2: vec2u,
 }
 
 struct SurfaceTriangle {
@@ -164,7 +167,8 @@ struct Pixel {
     specular: vec3f,
     nodes: u32,
     bytes: vec2u,
-    pad: vec2u,
+    cut: u32,
+    budget: f32,
 }
 
 struct MeterPoint {
@@ -181,6 +185,9 @@ struct Reading {
     diffuse_nodes: u32,
     specular: vec3f,
     specular_nodes: u32,
+    budgets: vec2f,
+    cut: u32,
+    pad: u32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

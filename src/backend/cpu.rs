@@ -104,6 +104,7 @@ impl Session for CpuSession<'_> {
             lights: counters.lights,
             memory: TreeMemory::of(&prepared.emitters),
             loaded: None,
+            windows: 1,
             clock: super::WALL_CLOCK.into(),
             reused: reuse.finish(),
         };

@@ -42,6 +42,8 @@ pub struct Features {
     pub tops: bool,
     /// Specular lobes are clipped at the true horizon.
     pub true_horizon: bool,
+    /// A GPU has the lights integrated in windows, several dispatches for a picture.
+    pub windows: bool,
     /// What is left out.
     pub skips: Skips,
     /// Name of the technique.
@@ -79,6 +81,7 @@ impl Features {
             tops: emitters.len() <= TOPPED && emitters.iter().any(has_top),
             near: may_be_near(triangles, materials, boxes),
             true_horizon: horizons == Horizons::Both,
+            windows: false,
             horizons: !skips.horizons || may_cut(triangles, materials, boxes),
             skips,
             technique: technique.name(),

@@ -12,6 +12,7 @@ mod order;
 mod pipelines;
 pub mod source;
 mod tiles;
+mod window;
 
 use super::features::Features;
 use super::prepared::Prepared;
@@ -33,7 +34,8 @@ use pipelines::{Layouts, Pipelines};
 use source::SKIP_ROWS;
 use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock};
-use tiles::{Painter, Tile};
+use tiles::{Painter, Tile, Work};
+use window::Windows;
 
 /// Counters of each light: behind, below the horizon, without such a lobe, under the tolerance; of the first two those decided
 /// by tile; handed on by clusters. After all lights, of the clusters: visited for tiles, lights that points decided about, expansions;
@@ -59,6 +61,8 @@ pub struct GpuBackend {
     layouts: Layouts,
     pipelines: Mutex<HashMap<Features, Pipelines>>,
     clock: OnceLock<Clock>,
+    /// To begin with.
+    windows: Windows,
 }
 
 impl GpuBackend {
@@ -70,7 +74,14 @@ impl GpuBackend {
         let device = Device::open(choice)?;
         let layouts = Layouts::new(&device);
         device.check()?;
-        Ok(Self { device, layouts, pipelines: Mutex::default(), clock: OnceLock::new() })
+        Ok(Self { device, layouts, pipelines: Mutex::default(), clock: OnceLock::new(), windows: Windows::new(1) })
+    }
+
+    /// The same, with each light integrated in so many parts, one after the other, from the start, and in more where the driver ends
+    /// loops early. Their number changes no value beyond its tolerance.
+    #[must_use]
+    pub fn in_windows(self, windows: u32) -> Self {
+        Self { windows: Windows::new(windows), ..self }
     }
 
     /// Adapter, driver and interface.
@@ -101,7 +112,7 @@ impl GpuBackend {
     /// The light meter: both integrals of single emissions at `points`, by the shaders that shade pictures.
     ///
     /// # Errors
-    /// [`BackendError::CpuOnly`], [`BackendError::TooLarge`] or [`BackendError::Device`].
+    /// [`BackendError::CpuOnly`], [`BackendError::TooLarge`], [`BackendError::Rounds`] or [`BackendError::Device`].
     pub fn measure(&self, prepared: &Prepared, points: &[MeterPoint]) -> Result<Vec<Reading>, BackendError> {
         if prepared.technique.is_cpu_only() {
             return Err(BackendError::CpuOnly(prepared.technique.name()));
@@ -114,21 +125,49 @@ impl GpuBackend {
         let ordered = Ordered::single(&emitters);
         let contents = buffers::contents(None, &boxes, &emitters, &ordered, Kept::default());
         let buffers = SceneBuffers::new(device, &contents)?;
-        device.queue.write_buffer(&buffers.frame, 0, bytemuck::bytes_of(&Frame::of(&prepared.technique)));
-        let scene = self.layouts.bind_scene(device, &buffers);
+        let mut windows = self.windows;
+        let mut readings = self.read(prepared, &buffers, points, windows)?;
+        loop {
+            let cut: Vec<usize> = (0..points.len()).filter(|&i| readings[i].cut > 0).collect();
+            if cut.is_empty() {
+                return Ok(readings);
+            }
+            windows = windows.more(device, &emitters, &prepared.technique)?;
+            let again: Vec<MeterPoint> = cut.iter().map(|&i| points[i]).collect();
+            for (i, reading) in cut.into_iter().zip(self.read(prepared, &buffers, &again, windows)?) {
+                readings[i] = reading;
+            }
+        }
+    }
+
+    /// Reads points, whether or not the driver ends loops early.
+    fn read(
+        &self,
+        prepared: &Prepared,
+        buffers: &SceneBuffers,
+        points: &[MeterPoint],
+        windows: Windows,
+    ) -> Result<Vec<Reading>, BackendError> {
+        let device = &self.device;
+        let scene = self.layouts.bind_scene(device, buffers);
         let bytes = points.len() as u64 * size_of::<Reading>() as u64;
         let readings = target(device, "readings", bytes)?;
         let meter = self.layouts.bind_meter(device, &storage(device, "points", points)?, &readings);
-        let pipeline = self.layouts.meter_pipeline(device, prepared.features);
+        let features = Features { windows: windows.are_many(), ..prepared.features };
+        let pipeline = self.layouts.meter_pipeline(device, features);
         device.check()?;
-        let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &scene, &[]);
-        pass.set_bind_group(1, &meter, &[]);
-        pass.dispatch_workgroups(points.len().div_ceil(METER_GROUP) as u32, 1, 1);
-        drop(pass);
-        device.queue.submit([encoder.finish()]);
+        for window in windows.all() {
+            let frame = Frame { window, ..Frame::of(&prepared.technique) };
+            device.queue.write_buffer(&buffers.frame, 0, bytemuck::bytes_of(&frame));
+            let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&pipeline);
+            pass.set_bind_group(0, &scene, &[]);
+            pass.set_bind_group(1, &meter, &[]);
+            pass.dispatch_workgroups(points.len().div_ceil(METER_GROUP) as u32, 1, 1);
+            drop(pass);
+            device.queue.submit([encoder.finish()]);
+        }
         Readback::new(device, bytes).read(device, &readings, points.len() as u64, <[Reading]>::to_vec)
     }
 }
@@ -174,7 +213,7 @@ impl Session for GpuSession<'_> {
         let (boxes, emitters) = before.unzip();
         let boxes = boxes.filter(|_| kept.surfaces).unwrap_or_else(|| Boxes::new(&prepared.triangles));
         watch.lap("boxes");
-        let (pipelines, are_known) = backend.pipelines(prepared.features)?;
+        let (_, are_known) = backend.pipelines(prepared.features)?;
         reuse.count("pipelines", are_known);
         let clock = backend.clock()?;
         watch.lap("pipelines");
@@ -214,8 +253,12 @@ impl Session for GpuSession<'_> {
         watch.lap("upload");
         let mut pixels = vec![Shaded::default(); settings.width as usize * settings.height as usize];
         let (mut shaded, mut nodes, mut loaded) = (0, 0, 0);
+        painter.begin_with(backend.windows);
+        let compiled = |windows| Ok(backend.pipelines(Features { windows, ..prepared.features })?.0);
+        let work =
+            Work { emitters: &emitters, technique: &prepared.technique, offsets: &prepared.offsets, frame: &frame };
         for tile in Tile::all(&frame) {
-            painter.paint(&pipelines, tile, &frame, &prepared.offsets, |painted| {
+            painter.paint(compiled, tile, &work, |painted| {
                 for (row, y) in painted.chunks(tile.size.x as usize).zip(tile.origin.y..) {
                     let first = y as usize * settings.width as usize + tile.origin.x as usize;
                     for (pixel, sum) in row.iter().zip(&mut pixels[first..]) {
@@ -250,6 +293,7 @@ impl Session for GpuSession<'_> {
             lights,
             memory: TreeMemory::of(&prepared.emitters),
             loaded: Some(loaded),
+            windows: painter.windows(),
             clock: clock.name(),
             reused: reuse.finish(),
         };

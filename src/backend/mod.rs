@@ -94,6 +94,8 @@ pub struct Stats {
     /// Bytes of the lights' regions (nodes and handles of trees, curves, texels) that shading has loaded, as the shaders count
     /// them; caches aside. The CPU does not count.
     pub loaded: Option<u64>,
+    /// Parts that each light was integrated in, one after the other; more than 1 where a GPU's driver ends long loops early.
+    pub windows: u32,
     /// By what the shading was timed.
     pub clock: String,
     /// What was reused from the frames before.
@@ -153,6 +155,7 @@ impl Stats {
         self.integrals += frame.integrals;
         self.nodes += frame.nodes;
         self.loaded = self.loaded.zip(frame.loaded).map(|(a, b)| a + b);
+        self.windows = self.windows.max(frame.windows);
         // Left out of the sequence is what is left out of every frame.
         self.left_out.retain(|part| frame.left_out.contains(part));
         self.clusters = self.clusters.plus(frame.clusters);
@@ -310,6 +313,17 @@ pub enum BackendError {
     /// The device failed while rendering.
     #[error("GPU: {0}")]
     Device(String),
+    /// The driver ends the loops of shaders after a number of rounds, and what remains of them is too much for it as well.
+    #[error(
+        "{adapter} ends the loops of a shader early (llvmpipe after 65535 rounds), with the lights in {windows} parts as \
+         well; a larger tolerance takes fewer rounds, the CPU backend has no such limit"
+    )]
+    Rounds {
+        /// Adapter name.
+        adapter: String,
+        /// Parts that the work was in.
+        windows: u32,
+    },
     /// The technique does not run on this backend.
     #[error("technique `{0}` runs on the CPU only")]
     CpuOnly(&'static str),

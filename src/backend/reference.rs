@@ -97,6 +97,7 @@ pub(super) fn render_stage(
         lights: cost.lights,
         memory: TreeMemory::of(&prepared.emitters),
         loaded: None,
+        windows: 1,
         clock: super::WALL_CLOCK.into(),
         reused: reuse.finish(),
     };

@@ -181,6 +181,9 @@ fn table(report: &Report<'_>) -> String {
     if let Some(bytes) = stats.loaded {
         table.add_row(["bytes of lights loaded per sample".to_owned(), per_sample(bytes)]);
     }
+    if stats.windows > 1 {
+        table.add_row(["parts of each light, as the driver ends long loops".to_owned(), stats.windows.to_string()]);
+    }
     if let Some(bytes) = stats.memory.per_curve() {
         table.add_row(["bytes of trees per curve".to_owned(), format!("{bytes:.0}")]);
     }

@@ -360,7 +360,7 @@ fn a_perturbed_local_expansion_breaks_the_tolerance() {
 }
 
 /// Both sides of two-sided lights, some of them seen by points of one tile from either side, and lights with pictures.
-fn mixed(count: usize) -> Scene {
+pub fn mixed(count: usize) -> Scene {
     let words = [Shape::rectangle(DVec2::new(0.0, 0.0), DVec2::new(3.0, 1.0)), blob(&mut Rng(2))];
     let material = Material { base_color: [0.8, 0.7, 0.6], alpha: 0.3, ..Material::default() };
     let mut scene = signs(&words, &SignsOptions { count: count as u32, material, ..SignsOptions::default() });

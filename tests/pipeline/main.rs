@@ -45,4 +45,6 @@ mod svg;
 mod svg_hostile;
 mod text;
 mod tile;
+#[cfg(feature = "gpu")]
+mod windows;
 mod yardstick;

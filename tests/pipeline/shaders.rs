@@ -78,7 +78,7 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
     vec![
         layout!(Rays: forward right up),
         layout!(Frame: rays raster picture tile_origin tile_size offset steps tolerance emitters boxes lights eps
-            choice clusters per_metre zero pad),
+            choice clusters per_metre window zero pad pad_2),
         layout!(SurfaceTriangle: p0 e1 e2 n0 n1 n2 t0 t1 t2),
         layout!(SurfaceMaterial: base_color alpha specular normal_scale base_color_texture
             metallic_roughness_texture normal_texture pad),
@@ -96,9 +96,9 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
         layout!(Level: low per_unit offset size variance coarser),
         layout!(Tile: center half mean skip m1_x first_node m1_y end_node m2_xx first_handles m2_xy deviation m2_yy deviation_3),
         layout!(Box: low skip high triangles),
-        layout!(Pixel: diffuse samples specular nodes bytes pad),
+        layout!(Pixel: diffuse samples specular nodes bytes cut budget),
         layout!(MeterPoint: position emitter normal alpha view tolerance),
-        layout!(Reading: diffuse diffuse_nodes specular specular_nodes),
+        layout!(Reading: diffuse diffuse_nodes specular specular_nodes budgets cut pad),
     ]
 }
 

@@ -47,10 +47,14 @@ pub struct Frame {
     pub clusters: u32,
     /// The clusters' unit of length over a metre.
     pub per_metre: f32,
+    /// Which window of how many: `shaders/window.wgsl`.
+    pub window: UVec2,
     /// 0, which compilers of shaders don't know: `shaders/wide.wgsl` hides values from them with it.
     pub zero: u32,
     /// Of the layout.
     pub pad: u32,
+    /// Of the layout.
+    pub pad_2: UVec2,
 }
 
 impl Frame {
@@ -230,6 +234,11 @@ impl Emitters {
         }
     }
 
+    /// Elements of all regions, and of the longest.
+    pub fn elements(&self) -> [u32; 2] {
+        self.emitters.iter().fold([0; 2], |[past, most], e| [past.max(e.end), most.max(e.end - e.first)])
+    }
+
     /// Lays a picture after those that are there. Gives its index.
     fn picture(&mut self, colors: &Prefiltered) -> u32 {
         let [before, _] = self.picture_texels.extend(&colors.texels);
@@ -282,8 +291,10 @@ pub struct Pixel {
     pub nodes: u32,
     /// Bytes of lights' regions that were loaded, lower and upper 32 bits.
     pub bytes: [u32; 2],
-    /// Of the layout.
-    pub pad: UVec2,
+    /// Not 0 where the driver has ended a loop early.
+    pub cut: u32,
+    /// What the windows of the sample so far have left of its budget.
+    pub budget: f32,
 }
 
 impl Pixel {
@@ -350,6 +361,12 @@ pub struct Reading {
     pub specular: Vec3,
     /// Nodes, edges or texels of the second.
     pub specular_nodes: u32,
+    /// What the windows so far have left of both budgets.
+    pub budgets: Vec2,
+    /// Not 0 where the driver has ended a loop early.
+    pub cut: u32,
+    /// Of the layout.
+    pub pad: u32,
 }
 
 #[cfg(test)]

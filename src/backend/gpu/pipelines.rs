@@ -104,6 +104,7 @@ impl Layouts {
             ("PICTURES", flag(features.pictures)),
             ("BODIES", flag(features.bodies)),
             ("TRUE_HORIZON", flag(features.true_horizon)),
+            ("WINDOWS", flag(features.windows)),
         ];
         compute(device, &source::meter(features.technique), Some(&layout), "read_meter", &constants)
     }
@@ -126,9 +127,10 @@ impl Layouts {
             ("BODIES", flag(features.bodies)),
             ("TRUE_HORIZON", flag(features.true_horizon)),
             ("HORIZONS", flag(features.horizons)),
+            ("WINDOWS", flag(features.windows)),
         ];
         if source::has_tops(features.technique) {
-            constants.push(("TOPS", flag(features.tops)));
+            constants.push(("TOPS", flag(features.tops && !features.windows)));
         }
         Pipelines {
             gbuffer: self.gbuffer_pipeline(device),

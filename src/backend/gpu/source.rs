@@ -38,7 +38,7 @@ macro_rules! files {
 }
 
 /// What every technique needs to find its integrals.
-const LIGHTS: &[&str] = files!("types" "wide" "ltc" "frame" "body" "map" "edge" "horizon" "shade");
+const LIGHTS: &[&str] = files!("types" "window" "wide" "ltc" "frame" "body" "map" "edge" "horizon" "shade");
 
 /// What evaluates the integrals of a technique: the function `gather`.
 fn technique(name: &str) -> &'static [&'static str] {

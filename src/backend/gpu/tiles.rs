@@ -3,9 +3,10 @@
 use super::buffers::{Content, Readback, SceneBuffers, target};
 use super::clock::{Clock, Timer};
 use super::device::Device;
-use super::layout::{Frame, Pixel};
+use super::layout::{Emitters, Frame, Pixel};
 use super::pipelines::{DEPTH_FORMAT, Layouts, Pipelines, VISIBILITY_FORMAT};
-use crate::backend::BackendError;
+use super::window::Windows;
+use crate::backend::{BackendError, Technique};
 use glam::{DVec2, UVec2, Vec2, Vec4};
 use wgpu::{BindGroup, Buffer, CommandEncoder, ComputePassTimestampWrites, TextureFormat, TextureUsages, TextureView};
 
@@ -74,9 +75,25 @@ pub struct Painter<'a> {
     depth: TextureView,
     pixels: Buffer,
     skips: Buffer,
+    /// The counters as they were before the tile.
+    skips_before: Buffer,
     counters: u64,
     readback: Readback,
     timer: Timer,
+    /// Windows that the tiles are painted in: as many as the most laborious one so far has wanted.
+    windows: Windows,
+}
+
+/// What is the same for all tiles of a picture.
+pub struct Work<'a> {
+    /// The lights.
+    pub emitters: &'a Emitters,
+    /// How they are integrated.
+    pub technique: &'a Technique,
+    /// The samples' places in their pixels.
+    pub offsets: &'a [[f32; 2]],
+    /// The picture.
+    pub frame: &'a Frame,
 }
 
 impl<'a> Painter<'a> {
@@ -94,7 +111,8 @@ impl<'a> Painter<'a> {
         let size = Tile::largest(frame);
         let bytes = u64::from(size.x * size.y) * size_of::<Pixel>() as u64;
         let pixels = target(device, "pixels", bytes)?;
-        let skips = target(device, "skip counters", counters * 8)?;
+        let [skips, skips_before] =
+            [target(device, "skip counters", counters * 8)?, target(device, "skip counters", counters * 8)?];
         let readback = Readback::new(device, bytes.max(counters * 8));
         let visibility = texture(device, size, VISIBILITY_FORMAT, TextureUsages::TEXTURE_BINDING);
         let depth = texture(device, size, DEPTH_FORMAT, TextureUsages::empty());
@@ -114,9 +132,11 @@ impl<'a> Painter<'a> {
             depth,
             pixels,
             skips,
+            skips_before,
             counters,
             readback,
             timer,
+            windows: Windows::new(1),
         })
     }
 
@@ -130,35 +150,77 @@ impl<'a> Painter<'a> {
         if self.buffers.renew(self.device, contents)? {
             self.scene = self.layouts.bind_scene(self.device, &self.buffers);
         }
-        let mut encoder = self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder = self.encoder();
         encoder.clear_buffer(&self.skips, 0, None);
         self.device.queue.submit([encoder.finish()]);
         self.device.check()
     }
 
-    /// Draws all samples of a tile and shows its pixels, row by row, to `look`.
+    fn encoder(&self) -> CommandEncoder {
+        self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
+    }
+
+    /// Draws all samples of a tile and shows its pixels, row by row, to `look`. `compiled` gives the passes for all of the lights at
+    /// once, or for windows.
     pub fn paint(
+        &mut self,
+        compiled: impl Fn(bool) -> Result<Pipelines, BackendError>,
+        tile: Tile,
+        work: &Work<'_>,
+        mut look: impl FnMut(&[Pixel]),
+    ) -> Result<(), BackendError> {
+        loop {
+            let windows = self.windows;
+            let pipelines = compiled(windows.are_many())?;
+            let mut encoder = self.encoder();
+            encoder.copy_buffer_to_buffer(&self.skips, 0, &self.skips_before, 0, None);
+            encoder.clear_buffer(&self.pixels, 0, None);
+            self.device.queue.submit([encoder.finish()]);
+            for &offset in work.offsets {
+                self.sample(&pipelines, tile, work.frame, offset, windows)?;
+            }
+            self.timer.collect(self.device)?;
+            let pixels = u64::from(tile.size.x * tile.size.y);
+            let is_cut = self.readback.read(self.device, &self.pixels, pixels, |painted: &[Pixel]| {
+                let is_cut = painted.iter().any(|pixel| pixel.cut > 0);
+                if !is_cut {
+                    look(painted);
+                }
+                is_cut
+            })?;
+            if !is_cut {
+                return Ok(());
+            }
+            self.windows = windows.more(self.device, work.emitters, work.technique)?;
+            let mut encoder = self.encoder();
+            encoder.copy_buffer_to_buffer(&self.skips_before, 0, &self.skips, 0, None);
+            self.device.queue.submit([encoder.finish()]);
+        }
+    }
+
+    /// Draws a sample of all pixels of a tile.
+    fn sample(
         &mut self,
         pipelines: &Pipelines,
         tile: Tile,
         frame: &Frame,
-        offsets: &[[f32; 2]],
-        look: impl FnOnce(&[Pixel]),
+        offset: [f32; 2],
+        windows: Windows,
     ) -> Result<(), BackendError> {
-        for (sample, &offset) in offsets.iter().enumerate() {
+        for window in windows.all() {
             let frame = Frame {
                 raster: tile.raster(frame.picture, offset),
                 tile_origin: tile.origin,
                 tile_size: tile.size,
                 offset: offset.into(),
+                window,
                 ..*frame
             };
             self.device.queue.write_buffer(&self.buffers.frame, 0, bytemuck::bytes_of(&frame));
-            let mut encoder = self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            if sample == 0 {
-                encoder.clear_buffer(&self.pixels, 0, None);
+            let mut encoder = self.encoder();
+            if window.x == 0 {
+                self.draw(pipelines, &mut encoder, tile);
             }
-            self.draw(pipelines, &mut encoder, tile);
             let pass = Shading { pipelines, scene: &self.scene, tile: &self.tile, size: tile.size };
             if self.timer.has_timestamps() {
                 pass.shade(&mut encoder, self.timer.writes());
@@ -175,8 +237,17 @@ impl<'a> Painter<'a> {
             polled.map_err(|e| BackendError::Device(e.to_string()))?;
             self.device.check()?;
         }
-        self.timer.collect(self.device)?;
-        self.readback.read(self.device, &self.pixels, u64::from(tile.size.x * tile.size.y), look)
+        Ok(())
+    }
+
+    /// Paints in as many windows at least.
+    pub fn begin_with(&mut self, windows: Windows) {
+        self.windows = self.windows.max(windows);
+    }
+
+    /// Windows of each light that the tiles so far have wanted.
+    pub const fn windows(&self) -> u32 {
+        self.windows.count()
     }
 
     /// The skip counters of all rows.
