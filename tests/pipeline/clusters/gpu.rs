@@ -50,3 +50,18 @@ fn lights_a_hundredth_brighter_are_noticed_on_the_gpu() {
     println!("off by {worst:.3} tolerances");
     assert!(worst > 1.0, "{worst}");
 }
+
+/// So many lights are handed on, and so many nodes visited, that a driver which ends loops early does so between two barriers.
+#[test]
+fn a_tile_whose_loops_are_ended_early_is_lit_all_the_same() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = mixed(FEWEST + 30);
+    // Pictures are not divided.
+    scene.lights.iter_mut().for_each(|light| light.layers[0].picture = None);
+    let settings = Settings { width: 11, height: 9, tolerance: 1e-12, ..settings(1) };
+    let (a, b) = (render(&CpuBackend, &scene, &settings), render(gpu, &scene, &settings));
+    let worst = worst(&a, &b);
+    println!("off by {worst:e}, {} nodes at a point, {} windows", b.stats.nodes / b.stats.shaded, b.stats.windows);
+    assert!(worst < 1e-5 && b.stats.nodes > 10_000 * b.stats.shaded, "{worst}");
+    assert!(b.stats.windows > 1 || !gpu.device().contains("llvmpipe"));
+}
