@@ -185,7 +185,11 @@ fn statistics_name_what_was_skipped() {
     {
         assert!(light.contains(reason), "{reason} is not in {light}");
     }
-    assert!(row(&all, "clusters of lights visited").is_some_and(|r| r.contains("by tiles,") && r.contains("at all points; per sample")), "{all}");
+    assert!(
+        row(&all, "clusters of lights visited")
+            .is_some_and(|r| r.contains("by tiles,") && r.contains("at all points; per sample")),
+        "{all}"
+    );
     let one_by_one = table(&["--without-skip", "clusters", "--without-skip", "lobes"]);
     assert!(row(&one_by_one, "clusters of lights visited").is_none(), "{one_by_one}");
     assert!(row(&one_by_one, "left out for all samples").is_some_and(|r| !r.contains("specular")), "{one_by_one}");
