@@ -5,17 +5,19 @@ override DIFFUSE: bool = true;
 
 @compute @workgroup_size(8, 8)
 fn light_pixels(
-    @builtin(global_invocation_id) id: vec3u,
+    @builtin(global_invocation_id) invocation: vec3u,
     @builtin(workgroup_id) group: vec3u,
     @builtin(local_invocation_index) local: u32,
 ) {
-    var there = all(id.xy < frame.tile_size);
+    let rows = (frame.tile_size.y + 7u) / 8u;
+    let id = vec2u(invocation.x, group.y * frame.row_step % rows * 8u + local / 8u);
+    var there = all(id < frame.tile_size);
     var position: vec3f;
     var shading: ShadingFrame;
     var weights: Reflectance;
     if there {
-        let direction = ray_direction(frame.tile_origin + id.xy, frame.offset);
-        let nearest = nearest_at(id.xy, direction);
+        let direction = ray_direction(frame.tile_origin + id, frame.offset);
+        let nearest = nearest_at(id, direction);
         there = nearest.hit.t >= 0.0;
         if there {
             let point = surface_point(nearest.index, direction, nearest.hit);
@@ -90,7 +92,7 @@ fn light_pixels(
     }
     // Of a point without a surface as well: it may have listed lights for the others.
     let cut = loops_are_cut();
-    if all(id.xy < frame.tile_size) {
+    if all(id < frame.tile_size) {
         pixels[pixel].cut += u32(cut);
     }
 }

@@ -32,8 +32,9 @@ struct Frame {
     window: vec2u,
     // 0, which compilers don't know: see wide.wgsl.
     zero: u32,
-    pad: u32,
-    pad_2: vec2u,
+    // Rows of workgroups of the tile from one to the next of the dispatch.
+    row_step: u32,
+    pad: vec2u,
 }
 
 struct SurfaceTriangle {

@@ -51,10 +51,11 @@ pub struct Frame {
     pub window: UVec2,
     /// 0, which compilers of shaders don't know: `shaders/wide.wgsl` hides values from them with it.
     pub zero: u32,
+    /// Rows of workgroups of the tile from one to the next of the dispatch: what software drivers give a thread, rows that follow one
+    /// another, is spread over the tile.
+    pub row_step: u32,
     /// Of the layout.
-    pub pad: u32,
-    /// Of the layout.
-    pub pad_2: UVec2,
+    pub pad: UVec2,
 }
 
 impl Frame {

@@ -49,6 +49,21 @@ impl Tile {
             .map(move |origin| Self { origin, size: (picture - origin).min(UVec2::splat(side)) })
     }
 
+    /// A step that goes through all its rows of workgroups, those of any stretch spread over the tile: near the golden section of their
+    /// number, and coprime to it.
+    fn row_step(&self) -> u32 {
+        let rows = self.size.y.div_ceil(GROUP);
+        let divides = |step: u32| {
+            let (mut a, mut b) = (rows, step);
+            while b > 0 {
+                (a, b) = (b, a % b);
+            }
+            a > 1
+        };
+        let first = (rows * 5 / 8).max(1);
+        (first..=rows.max(1)).find(|&step| !divides(step)).unwrap_or(1)
+    }
+
     /// From the picture's −1..1 to the tile's, for a sample that is rasterised at its pixel's centre.
     fn raster(&self, picture: UVec2, offset: [f32; 2]) -> Vec4 {
         let target = (self.size + 2 * BORDER).as_dvec2();
@@ -212,6 +227,7 @@ impl<'a> Painter<'a> {
                 raster: tile.raster(frame.picture, offset),
                 tile_origin: tile.origin,
                 tile_size: tile.size,
+                row_step: tile.row_step(),
                 offset: offset.into(),
                 window,
                 ..*frame
@@ -331,6 +347,14 @@ mod tests {
             let mut covered = vec![0_u8; (width * height) as usize];
             for tile in Tile::all(&frame) {
                 assert!(tile.size.max_element() <= Tile::side(emitters));
+                let (rows, step) = (tile.size.y.div_ceil(GROUP), tile.row_step());
+                let mut order: Vec<u32> = (0..rows).map(|row| row * step % rows).collect();
+                let half: u32 = order[..rows as usize / 2].iter().sum();
+                // Rows of both halves are at the same height on average, to a few rows.
+                let all = rows * rows.saturating_sub(1) / 2;
+                assert!((2 * half).abs_diff(all) <= 6 * rows, "{rows} rows, step {step}");
+                order.sort_unstable();
+                assert!(order.into_iter().eq(0..rows));
                 for y in tile.origin.y..tile.origin.y + tile.size.y {
                     for x in tile.origin.x..tile.origin.x + tile.size.x {
                         covered[(y * width + x) as usize] += 1;
