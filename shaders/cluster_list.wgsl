@@ -26,6 +26,8 @@ var<workgroup> listing: Listing;
 // The invocations whose cluster is whole, open, or in parts: a bit for each, of this step and of the next.
 const LIST_MARKS: u32 = 6u;
 var<workgroup> marks: array<atomic<u32>, 12>;
+// Where this step's marks are.
+var<private> now: u32;
 // Sum of the accepted bounds, in TO_SPEND-th parts of the tolerance: a sum of whole numbers does not hang by their order.
 var<workgroup> tile_spent: atomic<u32>;
 // Clusters whose local expansion stands for them.
@@ -80,8 +82,6 @@ fn begin_listing(local: u32, tile: Receiver) {
 // Lists clusters for the points of the tile until none wait or there is no room for more, and adds those that need not be listed to what
 // the invocation has of them.
 fn list_clusters(local: u32, tile: Receiver, tolerance: f32, sum: ptr<function, Local>) -> Listing {
-    // Where this step's marks are.
-    var now = 0u;
     var before = workgroupUniformLoad(&listing);
     while before.waiting > 0u && before.whole + before.open + 2u * TILE <= MOST_LISTED {
         // The last ones, of which few may wait at any time; where that is many, one by one.

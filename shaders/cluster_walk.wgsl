@@ -85,11 +85,11 @@ fn add_clusters(
         }
         // Invocations go together through the lights that any of them integrates.
         atomicOr(&handed_on[turn], handed.x | handed.y);
-        let now = turn;
+        let written = turn;
         turn = select(turn + 1u, 0u, turn == 2u);
         atomicStore(&handed_on[turn], 0u);
         workgroupBarrier();
-        for (var left = atomicLoad(&handed_on[now]); left != 0u; left &= left - 1u) {
+        for (var left = atomicLoad(&handed_on[written]); left != 0u; left &= left - 1u) {
             let bit = firstTrailingBit(left);
             let lobes = ((handed.x >> bit) & 1u) | ((handed.y >> bit) & 1u) << 1u;
             if lobes == 0u {

@@ -78,7 +78,7 @@ fn rust_layouts() -> Vec<(&'static str, Layout)> {
     vec![
         layout!(Rays: forward right up),
         layout!(Frame: rays raster picture tile_origin tile_size offset steps tolerance emitters boxes lights eps
-            choice clusters per_metre window zero pad pad_2),
+            choice clusters per_metre window zero row_step pad),
         layout!(SurfaceTriangle: p0 e1 e2 n0 n1 n2 t0 t1 t2),
         layout!(SurfaceMaterial: base_color alpha specular normal_scale base_color_texture
             metallic_roughness_texture normal_texture pad),

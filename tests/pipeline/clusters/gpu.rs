@@ -6,6 +6,7 @@ use glyphlight::backend::cpu::CpuBackend;
 use glyphlight::backend::gpu::GpuBackend;
 use glyphlight::backend::{LightStats, Settings, Stats};
 use glyphlight::kernel::cluster::CLUSTER_PART;
+use glyphlight::kernel::cluster_list::MOST_LISTED;
 
 const TOLERANCE: f32 = 1e-3;
 
@@ -49,6 +50,27 @@ fn lights_a_hundredth_brighter_are_noticed_on_the_gpu() {
     let (_, worst) = compared(gpu, FEWEST, 0.3, 1, 1.01);
     println!("off by {worst:.3} tolerances");
     assert!(worst > 1.0, "{worst}");
+}
+
+/// Lists that are longer than a workgroup has room for are gone through piece by piece.
+#[test]
+fn long_lists_are_shared_out_on_the_gpu() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = mixed(600);
+    // Pictures of so many would fill a buffer.
+    scene.lights.iter_mut().for_each(|light| light.layers[0].picture = None);
+    let settings = Settings { width: 19, height: 13, tolerance: 2e-5, ..settings(1) };
+    let (a, b) = (render(&CpuBackend, &scene, &settings), render(gpu, &scene, &settings));
+    let worst = worst(&a, &b) / settings.tolerance;
+    let per_point = |n: u64| n / b.stats.shaded;
+    let [open, whole] = [b.stats.clusters.by_point, b.stats.clusters.whole].map(per_point);
+    let integrals = [&a, &b].map(|r| r.stats.integrals as f64 / r.stats.shaded as f64);
+    println!(
+        "off by {worst:.3} tolerances; a point has {open} lights to decide about, {whole} expansions, {integrals:?} integrals"
+    );
+    assert!(worst < 0.5, "{worst}");
+    assert!(open + whole > 2 * MOST_LISTED as u64, "{open} and {whole}");
+    assert!((integrals[0] / integrals[1] - 1.0).abs() < 0.2, "{integrals:?}");
 }
 
 /// So many lights are handed on, and so many nodes visited, that a driver which ends loops early does so between two barriers.
