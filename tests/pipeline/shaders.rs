@@ -18,7 +18,7 @@ use glyphlight::kernel::tile::LightBox;
 use glyphlight::kernel::tree::Node;
 use std::collections::BTreeMap;
 use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
-use wgpu::naga::{Module, TypeInner, front::wgsl};
+use wgpu::naga::{AddressSpace, Module, TypeInner, front::wgsl, proc::Layouter};
 
 fn validate(code: &str) -> Result<Module, String> {
     let module = wgsl::parse_str(code).map_err(|e| e.emit_to_string(code))?;
@@ -44,6 +44,27 @@ fn every_pass_validates_and_has_its_entry_points() {
         // A member that does not exist, and a word that is none.
         assert!(validate(&source.code.replacen(".xyz", ".xyq", 1)).is_err() || !source.code.contains(".xyz"));
         assert!(validate(&source.code.replacen("return", "retrun", 1)).is_err());
+    }
+}
+
+/// Bytes that a workgroup of the module shares.
+fn shared(module: &Module) -> u32 {
+    let mut layouter = Layouter::default();
+    layouter.update(module.to_ctx()).unwrap();
+    let variables = module.global_variables.iter().filter(|(_, v)| v.space == AddressSpace::WorkGroup);
+    variables.map(|(_, v)| layouter[v.ty].size.next_multiple_of(16)).sum()
+}
+
+/// What every device that WebGPU knows can share.
+#[test]
+fn workgroups_share_no_more_than_any_device_has() {
+    const LEAST: u32 = 16_384;
+    for name in NAMES {
+        let source = light(name);
+        let bytes = shared(&module(&source));
+        assert!(bytes > 10_000 && bytes <= LEAST, "{name}: {bytes} bytes");
+        let longer = source.code.replace("tile_values: array<vec4f, 640>", "tile_values: array<vec4f, 740>");
+        assert!(shared(&validate(&longer).unwrap()) > LEAST || bytes + 1600 <= LEAST, "{name}");
     }
 }
 
