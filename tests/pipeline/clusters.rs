@@ -288,6 +288,64 @@ fn a_perturbed_moment_breaks_the_bound() {
     assert!(flux.0 > 5 && place.0 > 5);
 }
 
+/// Counts points of diffuse tiles at which the root's local expansion is off by more than its bound, and all such points. The tiles
+/// are up to a third as large as the lights are far.
+fn local_breaches(perturb: impl Fn(&mut Local)) -> (usize, usize) {
+    let mut rng = Rng(53);
+    let (mut breaches, mut answers) = (0, 0);
+    for case in 0..60 {
+        let (ours, exact) = prepare(cloud(&mut rng, 6 + case % 7, [0.0, 5.0, 20.0][case % 3], false));
+        let tree = ours.clustered.tree.view();
+        let distance = rng.log_within(2.0, 60.0);
+        let place = (rng.direction() + DVec3::Z * rng.within(0.5, 3.0)).normalize() * distance;
+        let middle = Point::random(&mut rng, place);
+        let (extent, bend) = (rng.log_within(1e-3, 0.3) * distance, [0.0, 0.2][case % 2]);
+        let points: Vec<Point> = (0..6)
+            .map(|_| {
+                let normal = (middle.frame.z + rng.direction() * bend).normalize();
+                let position = middle.position + rng.direction() * rng.within(0.0, extent);
+                let mut point = Point::new(position, normal, normal, 0.5, 0.0);
+                point.reflectance.specular = Vec3::ZERO;
+                point
+            })
+            .collect();
+        let mut bounds = TileBounds::EMPTY;
+        points.iter().for_each(|p| p.add_to(&mut bounds));
+        let tile = Receiver::of_tile(&bounds, true, tree.per_metre);
+        let alone = |exponent: f32| {
+            let tile = Lister::new(tree, &tile, exponent.exp2());
+            (tile.locals == 1 && tile.visited == 1).then_some(tile)
+        };
+        let (mut low, mut high) = (-40.0_f32, 10.0);
+        for _ in 0..30 {
+            let middle = 0.5 * (low + high);
+            *(if alone(middle).is_some() { &mut high } else { &mut low }) = middle;
+        }
+        let Some(mut tile) = alone(high) else { continue };
+        perturb(&mut tile.local);
+        let bound = f64::from(high.exp2() * LOCAL_SHARE);
+        for point in &points {
+            let truth = point.truth(&exact);
+            let answer = gather(tree, &point.receiver(tree.per_metre), &tile, 1.0).radiance;
+            let error = (answer - truth).abs().max_element();
+            breaches += usize::from(error.is_nan() || error > bound + FLOOR * truth.max_element() + 1e-9);
+            answers += 1;
+        }
+    }
+    (breaches, answers)
+}
+
+#[test]
+fn a_local_expansion_is_within_its_bound() {
+    let (breaches, answers) = local_breaches(|_| ());
+    // Values a tenth off, slopes of the wrong sign.
+    let values = local_breaches(|local| local.terms.iter_mut().for_each(|t| t[..3].iter_mut().for_each(|t| *t *= 1.1)));
+    let slopes = local_breaches(|local| local.terms.iter_mut().for_each(|t| t[3..].iter_mut().for_each(|t| *t = -*t)));
+    println!("{breaches} breaches of {answers}; {values:?} and {slopes:?} perturbed");
+    assert!(breaches == 0 && answers > 100);
+    assert!(values.0 > 10 && slopes.0 > 10);
+}
+
 /// What points of random tiles answer, by clusters alone.
 #[derive(Default)]
 struct TileAnswers {

@@ -53,7 +53,7 @@ impl Tile {
     /// number, and coprime to it.
     fn row_step(&self) -> u32 {
         let rows = self.size.y.div_ceil(GROUP);
-        let divides = |step: u32| {
+        let has_common_divisor = |step: u32| {
             let (mut a, mut b) = (rows, step);
             while b > 0 {
                 (a, b) = (b, a % b);
@@ -61,7 +61,7 @@ impl Tile {
             a > 1
         };
         let first = (rows * 5 / 8).max(1);
-        (first..=rows.max(1)).find(|&step| !divides(step)).unwrap_or(1)
+        (first..=rows.max(1)).find(|&step| !has_common_divisor(step)).unwrap_or(1)
     }
 
     /// From the picture's −1..1 to the tile's, for a sample that is rasterised at its pixel's centre.
