@@ -79,6 +79,8 @@ fn begin_listing(local: u32, tile: Receiver) {
     }
 }
 
+// Clusters that are decided about at once don't know what the others spend: it shows in the next step.
+//
 // Lists clusters for the points of the tile until none wait or there is no room for more, and adds those that need not be listed to what
 // the invocation has of them.
 fn list_clusters(local: u32, tile: Receiver, tolerance: f32, sum: ptr<function, Local>) -> Listing {

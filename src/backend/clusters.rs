@@ -9,7 +9,7 @@ use crate::light::simple::Facing;
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 
 /// Fewest emissions that are worth a tree. On the CPU diffuse floors gain from some fifteen signs on and sharp gloss from some fifty;
-/// on a software driver of the GPU it takes some two hundred.
+/// on a software driver of the GPU both do from fewer than fifty on.
 pub const FEWEST: usize = 40;
 
 /// All emissions of a scene: those that are clustered, and the others.

@@ -78,7 +78,7 @@ impl GpuBackend {
     }
 
     /// The same, with each light integrated in so many parts, one after the other, from the start, and in more where the driver ends
-    /// loops early. Their number changes no value beyond its tolerance.
+    /// loops early; as many of them as are of use, for techniques that sum over curves. Their number changes no value beyond its tolerance.
     #[must_use]
     pub fn in_windows(self, windows: u32) -> Self {
         Self { windows: Windows::new(windows), ..self }
@@ -125,7 +125,7 @@ impl GpuBackend {
         let ordered = Ordered::single(&emitters);
         let contents = buffers::contents(None, &boxes, &emitters, &ordered, Kept::default());
         let buffers = SceneBuffers::new(device, &contents)?;
-        let mut windows = self.windows;
+        let mut windows = self.windows.of_use(&emitters, &prepared.technique);
         let mut readings = self.read(prepared, &buffers, points, windows)?;
         loop {
             let cut: Vec<usize> = (0..points.len()).filter(|&i| readings[i].cut > 0).collect();
@@ -253,7 +253,7 @@ impl Session for GpuSession<'_> {
         watch.lap("upload");
         let mut pixels = vec![Shaded::default(); settings.width as usize * settings.height as usize];
         let (mut shaded, mut nodes, mut loaded) = (0, 0, 0);
-        painter.begin_with(backend.windows);
+        painter.begin_with(backend.windows.of_use(&emitters, &settings.technique));
         let compiled = |windows| Ok(backend.pipelines(Features { windows, ..prepared.features })?.0);
         let work =
             Work { emitters: &emitters, technique: &prepared.technique, offsets: &prepared.offsets, frame: &frame };

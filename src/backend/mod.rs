@@ -94,7 +94,8 @@ pub struct Stats {
     /// Bytes of the lights' regions (nodes and handles of trees, curves, texels) that shading has loaded, as the shaders count
     /// them; caches aside. The CPU does not count.
     pub loaded: Option<u64>,
-    /// Parts that each light was integrated in, one after the other; more than 1 where a GPU's driver ends long loops early.
+    /// Parts that each light was integrated in, one after the other; more than 1 where a GPU's driver ends long loops early. Nodes and
+    /// bytes are then those of all parts, which go through some of them again.
     pub windows: u32,
     /// By what the shading was timed.
     pub clock: String,

@@ -43,7 +43,7 @@ pub struct Frame {
     pub eps: f32,
     /// `uniform`: edges per curve. `pal`: the basis.
     pub choice: u32,
-    /// Number of clusters of lights.
+    /// Number of clusters of lights; what tiles are sized by.
     pub clusters: u32,
     /// The clusters' unit of length over a metre.
     pub per_metre: f32,
@@ -90,7 +90,7 @@ pub struct Emitter {
     pub first_detail: u32,
     /// x × y.
     pub normal: Vec3,
-    /// Index of its light. The emitters of a light follow one another.
+    /// Index of its light. The emitters of a light that are outside of clusters follow one another, and those in clusters.
     pub light: u32,
     /// W·sr⁻¹·m⁻², linear Rec.709.
     pub radiance: Vec3,

@@ -30,6 +30,11 @@ pub struct Tile {
     pub size: UVec2,
 }
 
+/// What lights weigh in the work of a pixel: of those in clusters few are integrated.
+const fn weight(frame: &Frame) -> u32 {
+    frame.emitters + frame.clusters / 16
+}
+
 impl Tile {
     /// The longest side of the tiles of a scene with that many emitters.
     fn side(emitters: u32) -> u32 {
@@ -38,12 +43,12 @@ impl Tile {
 
     /// The size of the largest tile of a picture.
     fn largest(frame: &Frame) -> UVec2 {
-        frame.picture.min(UVec2::splat(Self::side(frame.emitters)))
+        frame.picture.min(UVec2::splat(Self::side(weight(frame))))
     }
 
     /// The tiles of a picture, row by row.
     pub fn all(frame: &Frame) -> impl Iterator<Item = Self> {
-        let (picture, side) = (frame.picture, Self::side(frame.emitters));
+        let (picture, side) = (frame.picture, Self::side(weight(frame)));
         let rows = (0..picture.y).step_by(side as usize);
         rows.flat_map(move |y| (0..picture.x).step_by(side as usize).map(move |x| UVec2::new(x, y)))
             .map(move |origin| Self { origin, size: (picture - origin).min(UVec2::splat(side)) })

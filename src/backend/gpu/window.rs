@@ -42,21 +42,33 @@ impl Windows {
     /// [`BackendError::Rounds`] where more are of no use: there are too many, no light has elements to be divided, or the
     /// technique's integrals are no sums over elements.
     pub fn more(self, device: &Device, emitters: &Emitters, technique: &Technique) -> Result<Self, BackendError> {
-        let [past, longest] = emitters.elements();
-        let finest = match technique {
-            Technique::Tree | Technique::Textured => longest.saturating_mul(1 << CELLS_LOG),
-            Technique::Kuge { .. } | Technique::Uniform { .. } => longest,
-            _ => 1,
-        };
-        // Shaders count cells, and those of a window past the last one, in 32 bits.
-        if self.0 < MOST.min(finest) && past < 1 << (u32::BITS - CELLS_LOG - 1) {
+        if self.0 < finest(emitters, technique) {
             return Ok(Self::new(self.0 * GROWTH));
         }
         Err(BackendError::Rounds { adapter: device.adapter.clone(), windows: self.0 })
     }
 
+    /// As many of them as are of use.
+    pub fn of_use(self, emitters: &Emitters, technique: &Technique) -> Self {
+        Self::new(self.0.min(finest(emitters, technique)))
+    }
+
     /// Each in order: its index, and how many there are.
     pub fn all(self) -> impl Iterator<Item = UVec2> {
         (0..self.0).map(move |k| UVec2::new(k, self.0))
+    }
+}
+
+/// Windows of which more would be of no use.
+fn finest(emitters: &Emitters, technique: &Technique) -> u32 {
+    let [past, longest] = emitters.elements();
+    // Shaders count cells, and those of a window past the last one, in 32 bits.
+    if past >= 1 << (u32::BITS - CELLS_LOG - 1) {
+        return 1;
+    }
+    match technique {
+        Technique::Tree | Technique::Textured => MOST.min(longest.saturating_mul(1 << CELLS_LOG)),
+        Technique::Kuge { .. } | Technique::Uniform { .. } => MOST.min(longest),
+        _ => 1,
     }
 }
